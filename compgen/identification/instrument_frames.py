@@ -111,8 +111,14 @@ def turn_errors(frames: InstrumentFrames, data: Measurements, rotation: Array) -
 
 def _mean_turn(turns: Array) -> Array:
     """The rotation nearest to some, (3, 3)."""
-    u, _, v = np.linalg.svd(turns.mean(axis=0))
-    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v)
+    return _kabsch(turns.mean(axis=0).T)
+
+
+def _kabsch(product: Array) -> Array:
+    """The rotation R that makes tr(R M) largest, (3, 3): with M = sum a b^T it brings points a nearest to b."""
+    u, _, v = np.linalg.svd(product)
+    flip = np.diag([1, 1, np.sign(np.linalg.det(v.T @ u.T))])
+    return np.asarray(v.T @ flip @ u.T)
 
 
 def initial_frames(data: Measurements, position: Array, rotation: Array) -> InstrumentFrames:
@@ -169,9 +175,7 @@ def _fit_instruments(
         place = np.where(measured, far[rows], 0.0)
         centre, measured_centre = (share * reflector[rows]).sum(axis=0), (share * place).sum(axis=0)
         if not aligned:
-            u, _, v = np.linalg.svd((share * (reflector[rows] - centre)).T @ (place - measured_centre))
-            flip = np.diag([1, 1, np.sign(np.linalg.det(v.T @ u.T))])
-            rotation[i] = v.T @ flip @ u.T
+            rotation[i] = _kabsch((share * (reflector[rows] - centre)).T @ (place - measured_centre))
         origin[i] = measured_centre - rotation[i] @ centre
     return replace(frames, rotation=rotation, origin=origin)
 

@@ -24,7 +24,7 @@ from compgen.core.units import DEG, MM
 from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance, turn_errors
 from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
-from compgen.robot.robot import Robot
+from compgen.robot.robot import Robot, coupling_of
 
 FAR = 0.05  # of the arm's reach: a larger median distance is no calibration error
 NEAR = 0.2  # of the spread of the positions
@@ -271,7 +271,7 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
     as_given = _mean(_distances(model, rows, rows.theta, 1.0, frames))
     if as_given <= SUSPECT:
         return
-    pendant, coupling = robot.to_pendant(rows.theta), int(np.sign(robot.pendant_map[2, 1] * robot.pendant_map[2, 2]))
+    pendant, coupling = robot.to_pendant(rows.theta), coupling_of(robot.pendant_map)
     better = better_reading(pendant, distance_of, as_given, coupling)
     limit = as_given / BETTER if better is None else better[1]
     if frames is None and int(rows.kind[0]) != DISTANCE:

@@ -66,9 +66,9 @@ def touch_rows(
     )
 
 
-def sigma_of(touches: Touches) -> Array:
-    """Standard deviation of one coordinate of each touch, (N,) [m]."""
-    return np.where(np.isfinite(touches.sigma), touches.sigma, NOISE)
+def sigma_of(touches: Touches, usual: float = NOISE) -> Array:
+    """Standard deviation of one coordinate of each touch, the usual one where it says none, (N,) [m]."""
+    return np.where(np.isfinite(touches.sigma), touches.sigma, usual)
 
 
 def touched_poses(

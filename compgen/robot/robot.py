@@ -127,6 +127,11 @@ class Robot:
         return np.asarray(pendant @ self.pendant_map.T + self.pendant_zero)
 
 
+def coupling_of(pendant_map: Array) -> int:
+    """How J2 counts in theta_3 where J3 counts upwards: 1 or -1 against the horizontal, 0 not at all."""
+    return int(np.sign(pendant_map[2, 1] * pendant_map[2, 2]))
+
+
 def dh_length(robot: Robot, name: LengthName) -> float:
     """The nominal length with its sign, negative where the link points against its axis [m]."""
     parameter, row = DH_LENGTHS[name]

@@ -26,7 +26,7 @@ from compgen.core.toml import (
 from compgen.core.units import DEG, KB, MM, MS
 from compgen.robot.arm_geometry import in_class_rows
 from compgen.robot.interference import Interference, polygon_fault
-from compgen.robot.robot import Controller, Robot
+from compgen.robot.robot import Controller, Robot, coupling_of
 
 PayloadNumber = Annotated[int, Field(ge=1, le=10)]
 AccPercent = Annotated[int, Field(ge=1, le=100)]
@@ -220,7 +220,7 @@ def robot_from_tables(
         InputError: Limits that do not rise, a pendant map that has no inverse, joints named twice.
     """
     matrix = np.array(pendant.matrix)
-    bounds, third = _ranges(limits, file, int(np.sign(matrix[2, 1] * matrix[2, 2])))
+    bounds, third = _ranges(limits, file, coupling_of(matrix))
     zero = np.array(pendant.offset_deg) * DEG
     if abs(np.linalg.det(matrix)) < 1e-9:
         raise InputError(f"{file}: pendant.matrix: it cannot be inverted; each joint needs its row")

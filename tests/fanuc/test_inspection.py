@@ -452,10 +452,10 @@ def test_a_joint_is_said_to_stand_at_180_deg_where_the_digits_of_its_position_le
 
 def test_only_the_wrist_turns_steeply_where_j5_is_small():
     """J1 at 179.95 deg is 1 mm beside the half turn: its side was not told, as if J5 near zero turned it."""
-    for joints, told in (((179.95, 10, -20, 30, 0.5, 20), False), ((10, 10, -20, 179.95, 0.5, 20), True)):
+    for joints, is_named in (((179.95, 10, -20, 30, 0.5, 20), False), ((10, 10, -20, 179.95, 0.5, 20), True)):
         text = ls_text.program(["J P[1] 10% FINE"], [ls_text.at(1, joints)])
         unsafe = inspection.inspect(fanuc.loads(text), load_robot("m710ic50"), default_frames())["unsafe"]
-        assert any("at 180 or -180 deg" in u["reason"] for u in unsafe) == told
+        assert any("at 180 or -180 deg" in u["reason"] for u in unsafe) == is_named
 
 
 def test_a_number_without_decimals_leaves_out_zeros():

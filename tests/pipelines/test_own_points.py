@@ -361,6 +361,6 @@ def test_points_on_arcs_are_met_by_the_arcs_and_not_by_chords_between_samples(tm
     job_of(tmp_path, circle(61, radius))
     planned, corrected = generate(load_job(str(tmp_path / "own.toml"), None, ["process.moves=arcs"]), quiet)
     assert corrected.program.via.any()
-    (found,) = [f for f in corrected.findings if f.code == "path.file"]
-    (met,) = map(float, re.findall(r"met to ([\d.]+) um", found.message))
+    (finding,) = [f for f in corrected.findings if f.code == "path.file"]
+    (met,) = map(float, re.findall(r"met to ([\d.]+) um", finding.message))
     assert met < 1e6 * (planned.job.plan.path.tolerance + corrected.deviation.on_part["total"].max)

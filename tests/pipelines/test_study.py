@@ -469,9 +469,9 @@ def test_a_machine_of_a_cluster_gives_the_same_rows_of_one_study_after_another(s
     monkeypatch.setattr(workers, "CHUNK", 4)
     other = build(PATH, None, (), ("feed=50,100",), None, correct=False)
     for asked, expected in ((study, rows), (other, rows_of(other)), (study, rows)):
-        found: list[dict[str, Any]] = []
-        run(asked, set(), found.extend, 0, "tcp://here:1")
-        assert found == expected
+        computed: list[dict[str, Any]] = []
+        run(asked, set(), computed.extend, 0, "tcp://here:1")
+        assert computed == expected
 
 
 def test_a_cluster_that_does_not_answer_is_said_in_time(tmp_path):

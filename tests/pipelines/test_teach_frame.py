@@ -307,7 +307,7 @@ def test_a_touch_of_the_warm_arm_is_set_aside(cell, record):
     (cell / "touches.csv").write_text(right)
     (message,) = [f["message"] for f in aside["findings"] if f["code"] == "outlier"]
     assert "line 5" in message
-    of_both = [np.array(told["pendant_would_differ"]["place_um"]) for told in (aside, record)]
+    of_both = [np.array(each["pendant_would_differ"]["place_um"]) for each in (aside, record)]
     assert np.linalg.norm(of_both[0] - of_both[1]) < 300  # in the middle of the touches of one fit, not of each its own
 
 

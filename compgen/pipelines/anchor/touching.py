@@ -25,6 +25,7 @@ from compgen.core.toml import suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.source import Source
+from compgen.identification.touch_rows import sigma_of
 from compgen.identification.touches import Artefact, Touches, check_directions, probed_motion, unit_of
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Innovation
@@ -91,8 +92,7 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
         then = model.actual_pose(theta, np.broadcast_to(taught, rise.shape), motion).position - pushed
         target = target + then - nominal
     touch, along, y = _coordinates(touches, target - actual, outward, reach, artefact.probe_diameter / 2)
-    given = touches.sigma
-    sigma = np.where(np.isfinite(given), given, cell.fit.repeatability or SIGMA)
+    sigma = sigma_of(touches, cell.fit.repeatability or SIGMA)
     # a place that nobody certified is known no better than one touch tells it
     of_place = np.concatenate([artefact.sigma, artefact.plane_sigma])
     open_places = np.where(of_place > 0, of_place, 0.0 if artefact.certified else float(np.median(sigma)))

@@ -33,19 +33,19 @@ def fit_job_moves(planned: Planned, commanded: Pose, theta: Array) -> FittedMove
     return fit_planned_moves(job.plan.process, job.robot, path, commanded, printed, theta, planned.trajectory.speed)
 
 
-def as_said(planned: Planned, progress: Progress) -> Planned:
+def at_program_positions(planned: Planned, progress: Progress) -> Planned:
     """An uncorrected plan at the positions that its program names, with their times; itself in lines through each."""
     process, path = planned.job.plan.process, planned.path
     if process.arcs:
         rows, via = fit_job_moves(planned, path.target, planned.theta)
         dense = DenseCorrection(path, planned.theta, np.zeros((len(path.arc), 6)))
-        said = replace(planned.at(rows, path.subset(rows, via)), dense=dense)
+        kept = replace(planned.at(rows, path.subset(rows, via)), dense=dense)
     elif process.thin is not None:
         unmoved, period = np.zeros_like(path.target.position), planned.job.robot.controller.period
-        said = planned.at(simplify(path, planned.theta, unmoved, process.thin, planned.feed * period))
+        kept = planned.at(simplify(path, planned.theta, unmoved, process.thin, planned.feed * period))
     else:
         return planned
-    return replace(said, trajectory=time_corrected(said, said.theta, progress))
+    return replace(kept, trajectory=time_corrected(kept, kept.theta, progress))
 
 
 def with_arcs(

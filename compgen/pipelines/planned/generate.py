@@ -65,7 +65,8 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    planned = _flown(corrected_arcs.as_said(_plan(job, progress, pages=pages), progress), progress, date)
+    planned = corrected_arcs.at_program_positions(_plan(job, progress, pages=pages), progress)
+    planned = _flown(planned, progress, date)
     off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
     findings = (
