@@ -43,10 +43,15 @@ JOINT_PIECES = 8  # chords of the tool's way on a joint motion: 0.2 % short for 
 
 
 def path_samples(driven: DrivenProgram, inside: Array) -> tuple[IntArray, Array]:
-    """Stations and fractions of the straight and circular ways to them, in order of time."""
-    known, ways = _known(driven), straight_lines(driven) | circular_ways(driven)
-    station = np.concatenate([np.flatnonzero(known), *(np.flatnonzero(ways) for _ in inside)])
-    fraction = np.concatenate([np.ones(int(known.sum())), *(np.full(int(ways.sum()), f) for f in inside)])
+    """Stations and fractions of the straight and circular ways to them, in order of time.
+
+    Where it stands before a way, the way's beginning too: the arm has cooled since it came there.
+    """
+    ways = straight_lines(driven) | circular_ways(driven)
+    stood = ways & ((driven.pause > 0) | np.isin(np.arange(len(ways)), list(driven.called)))
+    stations = [np.flatnonzero(some) for some in (_known(driven), stood, *(ways for _ in inside))]
+    station = np.concatenate(stations)
+    fraction = np.repeat(np.array([1.0, 0.0, *inside]), [len(some) for some in stations])
     order = np.lexsort((fraction, station))
     return station[order], fraction[order]
 

@@ -563,6 +563,22 @@ def test_a_called_program_waits_as_it_is_listed(does, hot):
     assert missed_um(data, result.text, 2, q, lengths=naive_heat.warm_lengths(cooled)) < ROUNDED_UM
 
 
+@pytest.mark.parametrize("stands", ["WAIT 7200.00(sec)", "CALL PAUSE"])
+def test_a_place_at_which_the_arm_stands_is_judged_as_it_leaves_too(stands, hot):
+    """By the second arm and the nodes' law: the position is right as the arm comes, and two hours cooler it is not."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    data = program(["J P[2] 10% FINE", stands, "L P[1] 50mm/sec FINE"], [at(1, HOME), at(2, q)])
+    pause = program(["WAIT 7200.00(sec)"], [], name="PAUSE")
+    before = load_before(["moving 200mm/s 6h"]).duties
+    result = correct(data, hot, default_frames(), before, Options(bound=20e-6), quiet, {"PAUSE": pause}.get)
+    (beyond,) = (f.message for f in result.findings if f.code == "bounds.max")
+    assert "line 3, as it sets off after standing: 23.5" in beyond
+    cooled = naive_heat.rises([("moving", 200.0, 6.0), ("idle", 0.0, 2.0)])
+    leaves = missed_um(data, result.text, 2, q, lengths=naive_heat.warm_lengths(cooled))
+    assert leaves > 10
+    assert 1e6 * result.residual.distance[result.judged].max() == pytest.approx(leaves, abs=0.3)
+
+
 @pytest.mark.parametrize("does", ["J P[1] 10% FINE", "R[1]=1"])
 @pytest.mark.parametrize("untold", ["WAIT R[2]", "WAIT DI[1]=ON", "CALL PAUSE"])
 def test_a_called_program_whose_times_only_run_time_knows_is_named(does, untold, hot):

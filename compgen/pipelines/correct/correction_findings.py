@@ -115,8 +115,7 @@ def _bound_findings(result: Correction) -> list[Finding]:
         if not len(some):
             continue
         k = int(some[np.argmax((after - before)[some])])
-        line = _line_of(result, int(result.execution.station[judged][k]))
-        message = f"line {line}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
+        message = f"{_place_of(result, np.flatnonzero(judged)[k])}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
         message += ", in digits that are coarse" if level is Level.WARNING else ""
         findings.append(Finding(level, Code.CORRECTION_WORSE, message))
     if (result.turn > 0).any():
@@ -130,9 +129,9 @@ def _bound_findings(result: Correction) -> list[Finding]:
         findings.append(Finding(Level.OUTSIDE, Code.CORRECTION_TURN, message))
     bound = result.options.bound
     if bound is not None and after.max() > bound:
-        line = _line_of(result, int(result.execution.station[judged][int(np.argmax(after))]))
+        place = _place_of(result, np.flatnonzero(judged)[np.argmax(after)])
         size = beyond_text(float(after.max()) / UM, bound / UM)
-        message = f"line {line}: {size} um after correction, above the {bound / UM:g} um of --max-um"
+        message = f"{place}: {size} um after correction, above the {bound / UM:g} um of --max-um"
         findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX, message))
     return findings
 
@@ -372,6 +371,13 @@ def _decimal_places(result: Correction) -> IntArray:
 
 def _line_of(result: Correction, station: int) -> int:
     return int(result.plan.program.motions.line[result.plan.drive.motion[station]])
+
+
+def _place_of(result: Correction, sample: int) -> str:
+    """The line of a sample, and that it is where the way there begins, behind a wait."""
+    flight = result.execution
+    line = _line_of(result, int(flight.station[sample]))
+    return f"line {line}" if flight.fraction[sample] > 0 else f"line {line}, as it sets off after standing"
 
 
 def _lines_at(result: Correction, stations: Iterable[int]) -> str:
