@@ -572,7 +572,7 @@ def test_a_place_at_which_the_arm_stands_is_judged_as_it_leaves_too(stands, hot)
     before = load_before(["moving 200mm/s 6h"]).duties
     result = correct(data, hot, default_frames(), before, Options(bound=20e-6), quiet, {"PAUSE": pause}.get)
     (beyond,) = (f.message for f in result.findings if f.code == "bounds.max")
-    assert "line 3, as it sets off after standing: 23.5" in beyond
+    assert "line 6, as it sets off after standing: 23.5" in beyond
     cooled = naive_heat.rises([("moving", 200.0, 6.0), ("idle", 0.0, 2.0)])
     leaves = missed_um(data, result.text, 2, q, lengths=naive_heat.warm_lengths(cooled))
     assert leaves > 10

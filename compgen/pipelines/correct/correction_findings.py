@@ -115,7 +115,8 @@ def _bound_findings(result: Correction) -> list[Finding]:
         if not len(some):
             continue
         k = int(some[np.argmax((after - before)[some])])
-        message = f"{_place_of(result, np.flatnonzero(judged)[k])}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
+        place = _place_of(result, np.flatnonzero(judged)[k])
+        message = f"{place}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
         message += ", in digits that are coarse" if level is Level.WARNING else ""
         findings.append(Finding(level, Code.CORRECTION_WORSE, message))
     if (result.turn > 0).any():
@@ -375,9 +376,8 @@ def _line_of(result: Correction, station: int) -> int:
 
 def _place_of(result: Correction, sample: int) -> str:
     """The line of a sample, and that it is where the way there begins, behind a wait."""
-    flight = result.execution
-    line = _line_of(result, int(flight.station[sample]))
-    return f"line {line}" if flight.fraction[sample] > 0 else f"line {line}, as it sets off after standing"
+    line = f"line {_line_of(result, int(result.execution.station[sample]))}"
+    return line if result.execution.fraction[sample] > 0 else f"{line}, as it sets off after standing"
 
 
 def _lines_at(result: Correction, stations: Iterable[int]) -> str:
