@@ -594,6 +594,17 @@ def test_a_called_program_whose_times_only_run_time_knows_is_named(does, untold,
         assert [m[: len(words)] for m in messages] == [words] * (own is not None)
 
 
+@pytest.mark.parametrize("loop", [("FOR R[1]=1 TO 100", "ENDFOR"), ("LBL[1]", "IF R[1]<9,JMP LBL[1]"), ("", "")])
+def test_a_called_program_that_may_repeat_what_it_does_is_named(loop, hot):
+    """A hundred minutes of rest counted as one, and only the line of the call was named."""
+    data = program(["J P[1] 10% FINE", "CALL DAY", "L P[1] 50mm/sec FINE"], [at(1, HOME)])
+    rest = program([loop[0] or "R[1]=1", "WAIT 60.00(sec)", loop[1] or "R[1]=2"], [], name="REST")
+    beside = {"REST": rest, "DAY": program(["CALL REST"], [], name="DAY")}
+    result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
+    (said,) = (f.message for f in result.findings if f.code == "timing.order")
+    assert said.startswith("line 5 and in REST: jumps" if loop[0] else "line 5: jumps")
+
+
 @pytest.mark.parametrize(
     ("level", "call", "does"),
     [

@@ -13,7 +13,9 @@ from compgen.fanuc.listing.listing import LsProgram, loads, other_statements
 from compgen.fanuc.vocabulary import (
     CALL,
     CALL_ALWAYS,
+    FLOW,
     FRAME_MENTIONED,
+    LABEL_ALONE,
     may_move_arm,
     may_write_registers,
     written_frames,
@@ -33,7 +35,8 @@ class CalledPrograms:
     in_frames: frozenset[str] = frozenset()  # they leave the numbers of user frame and tool as they are set
     frames: frozenset[tuple[str, int | None]] = frozenset()  # that any of them writes, as ``written_frames``
     missing: frozenset[str] = frozenset()  # called here or beneath, and no listing of theirs was there to read
-    listings: tuple[tuple[str, bytes], ...] = ()  # that were, by name
+    branching: frozenset[str] = frozenset()  # with jumps or loops, here or beneath: not all runs once as listed
+    listings: tuple[tuple[str, bytes], ...] = ()  # that were there to read, by name
 
 
 UNKNOWN_PROGRAMS = CalledPrograms()
@@ -56,6 +59,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
     known: dict[str, _Effects] = {}
     frames: set[tuple[str, int | None]] = set()
     missing: set[str] = set()
+    branching: set[str] = set()
     listings: dict[str, bytes] = {}
 
     def look_up(name: str) -> _Effects:
@@ -70,7 +74,9 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
                 missing.add(name)
             else:
                 listings[name] = called.source
-                frames.update(*(written_frames(text) for _, text in other_statements(called)))
+                texts = {text for _, text in other_statements(called)}
+                frames.update(*map(written_frames, texts))
+                branching.update([name] if any(map(_branches, texts)) else [])
                 known[name] = _effects_of(called, {beneath: look_up(beneath) for beneath in _names(called)})
         return known[name]
 
@@ -82,6 +88,7 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
         in_frames=frozenset(name for name, its in effects.items() if its.in_frames),
         frames=frozenset(frames),
         missing=frozenset(missing),
+        branching=frozenset(branching),
         listings=tuple(sorted(listings.items())),
     )
 
@@ -96,6 +103,11 @@ def _effects_of(called: LsProgram, beneath: Mapping[str, _Effects]) -> _Effects:
     writes = any(may_write_registers(text, settled) for text in texts)
     writes |= any(may_write_registers(text, settled, options=True) for text in set(called.motions.options))
     return _Effects(motionless=not moves, settled=not writes, in_frames=in_frames)
+
+
+def _branches(text: str) -> bool:
+    """Whether a statement may let others run more or less than once."""
+    return bool(FLOW.match(text)) and not CALL_ALWAYS.match(text) and not LABEL_ALONE.match(text)
 
 
 def _names(program: LsProgram) -> set[str]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import DEG, KB, MM, UM, counted
@@ -286,7 +286,8 @@ def _way_findings(result: Correction) -> Iterator[Finding]:
 
 
 def _text_findings(result: Correction) -> Iterator[Finding]:
-    decimals = _decimal_places(result)
+    changed = np.flatnonzero(result.shared.changed)[:1000]
+    decimals = decimals_of(result.plan.program, result.plan.poses.row[changed])
     if decimals.min(initial=3) < 3:
         message = f"positions are written with {decimals.min()} decimals: rounding alone moves them by up to"
         yield Finding(Level.NOTE, Code.TEXT_DECIMALS, f"{message} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um")
@@ -329,17 +330,16 @@ def _heat_findings(result: Correction) -> Iterator[Finding]:
 
 def _timing_findings(result: Correction) -> Iterator[Finding]:
     drive = result.plan.drive
-    where = [_lines(drive.untimed)] if drive.untimed else []
-    where += [f"in {_first_of(drive.untold)}"] if drive.untold else []
-    if where:
+    if where := _lines_and_programs(drive.untimed, drive.untold):
         message = (
-            f"{' and '.join(where)}: how fast or how long is only known at run time "
+            f"{where}: how fast or how long is only known at run time "
             "(a register, a wait, an override, a moving extended axis or group): a speed is assumed; a wait, the axis, "
             "the group or a way between places that are not told takes no time in the heat"
         )
         yield Finding(Level.NOTE, Code.TIMING_ASSUMED, message)
     if drive.flow:
-        message = f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed"
+        where = _lines_and_programs(drive.flow, sorted(result.around.called.branching))
+        message = f"{where}: jumps, calls and loops: the heat is that of one pass in the order listed"
         if silent := drive.uncounted or sorted(result.around.called.missing):
             message += (
                 f", without all that {_first_of(silent)} may do: behind what lasts, the arm is not as warm as "
@@ -365,11 +365,6 @@ def _controller_findings(result: Correction) -> Iterator[Finding]:
         )
 
 
-def _decimal_places(result: Correction) -> IntArray:
-    changed = np.flatnonzero(result.shared.changed)
-    return decimals_of(result.plan.program, result.plan.poses.row[changed[:1000]])
-
-
 def _line_of(result: Correction, station: int) -> int:
     return int(result.plan.program.motions.line[result.plan.drive.motion[station]])
 
@@ -383,6 +378,11 @@ def _place_of(result: Correction, sample: int) -> str:
 def _lines_at(result: Correction, stations: Iterable[int]) -> str:
     """The lines of stations, as ``_lines`` has them."""
     return _lines(sorted({_line_of(result, station) for station in stations}))
+
+
+def _lines_and_programs(lines: Sequence[int], called: Sequence[str]) -> str:
+    """Lines of a program, and others that it calls: ``line 3 and in REST``."""
+    return " and ".join(([_lines(lines)] if lines else []) + ([f"in {_first_of(called)}"] if called else []))
 
 
 def _lines(numbers: Sequence[int]) -> str:
