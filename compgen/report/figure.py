@@ -168,15 +168,16 @@ def figure(
 
 
 def rows_to_draw(values: Array) -> IntArray:
-    """Rows of a curve to draw: from each of many bins the one with the largest value, and both ends."""
+    """Rows of a curve to draw: from each of many bins those with the largest and the smallest value, and both ends."""
     count = len(values)
     if count <= POINTS:
         return np.arange(count)
-    edges = np.linspace(0, count, POINTS + 1).astype(int)
-    top = np.maximum.reduceat(values, edges[:-1])
-    hits = np.flatnonzero(values == np.repeat(top, np.diff(edges)))
-    first = hits[np.searchsorted(hits, edges[:-1]).clip(max=len(hits) - 1)]
-    return np.unique(np.concatenate([[0], first, [count - 1]]))
+    edges = np.linspace(0, count, POINTS // 2 + 1).astype(int)
+    rows = [np.array([0, count - 1])]
+    for extreme in (np.maximum, np.minimum):
+        hits = np.flatnonzero(values == np.repeat(extreme.reduceat(values, edges[:-1]), np.diff(edges)))
+        rows.append(hits[np.searchsorted(hits, edges[:-1]).clip(max=len(hits) - 1)])
+    return np.unique(np.concatenate(rows))
 
 
 def div(content: Figure, key: str) -> Markup:

@@ -29,12 +29,13 @@ def test_numbers_at_every_length_are_as_formatting_each_gives(places, sign):
         assert short_columns(np.array([[1.0, odd]]), places) is None
 
 
-def test_rows_to_draw_are_the_first_largest_of_each_bin_and_both_ends():
+def test_rows_to_draw_are_the_first_largest_and_smallest_of_each_bin_and_both_ends():
     rng = np.random.default_rng(6)
     for values in (rng.random(50_001), rng.integers(0, 3, 9_000).astype(float), np.zeros(4_001), np.arange(10_000.0)):
-        edges = np.linspace(0, len(values), figure.POINTS + 1).astype(int)
-        largest = [a + int(np.argmax(values[a:b])) for a, b in zip(edges, edges[1:], strict=False)]
-        assert figure.rows_to_draw(values).tolist() == sorted({0, *largest, len(values) - 1})
+        edges = np.linspace(0, len(values), figure.POINTS // 2 + 1).astype(int).tolist()
+        bins = list(zip(edges, edges[1:], strict=False))
+        extremes = {a + int(of(values[a:b])) for a, b in bins for of in (np.argmax, np.argmin)}
+        assert figure.rows_to_draw(values).tolist() == sorted({0, *extremes, len(values) - 1})
     assert figure.rows_to_draw(values[: figure.POINTS]).tolist() == list(range(figure.POINTS))
 
 
