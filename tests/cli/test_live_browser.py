@@ -54,7 +54,7 @@ requestAnimationFrame(() => requestAnimationFrame(() => done({
 })));
 """
 CASES = {
-    "nodes": ("spiral_1300", ()),
+    "nodes": ("spiral_1300", ("start.delay_min=40",)),
     "network": ("circle_1300", ("robot.thermal.model=network",)),
     "schedule": ("line_y", (*SCHEDULE, "robot.thermal.model=network")),
     "schedule by nodes": ("line_y", SCHEDULE),
@@ -173,6 +173,16 @@ def test_what_lies_beyond_the_model_is_said_beside_the_slider(page):
         assert "above the 14 K that were measured" in notes[air]
         setting[long[0]] = sliders[long[0]].high
         assert "h of motion by the program's end" in page.moved(setting)["notes"][long[0]]
+
+
+def test_late_is_said_beyond_the_window_of_the_start_that_the_program_is_made_for(page):
+    """The program's window counts from its planned start, which may be late itself; the slider from the first run."""
+    setting = list(planned_setting(page.live_job.live.day))
+    n, window = [s.kind for s in page.sliders].index("delay"), page.live_job.corrected.start_window
+    for seconds, is_late in ((0.0, False), (window - 60.0, False), (window + 60.0, True)):
+        moved = [*setting[:n], setting[n] + seconds / 60, *setting[n + 1 :]]
+        if moved[n] <= page.sliders[n].high:
+            assert ("later than the" in page.moved(moved)["notes"][n]) == is_late
 
 
 def test_a_key_moves_a_slider_and_the_number_is_said(page):

@@ -379,7 +379,8 @@ function beyond(values, state, sides) {  // words beside each slider
       if (live.stages[slider.stage] === undefined || live.stages[slider.stage].state === "moving") words[n].push(
         `${(hours / HOUR).toFixed(2)} h of motion by the program's end: the warmth was measured over ${fixed(box.hours)} h`);
     }
-    if (slider.kind === "delay" && values[n] * MINUTE > live.window && live.window > 0) words[n].push(
+    const late = (value - slider.value) * MINUTE + live.early;  // than the start that the program's remark counts from
+    if (slider.kind === "delay" && late > live.window && live.window > 0) words[n].push(
       `later than the ${Math.floor(live.window)} s that the program's remark allows`);
     if (slider.kind === "cte" && live.cte_limits
         && (value < live.cte_limits[0] - 1e-9 || value > live.cte_limits[1] + 1e-9)) words[n].push(

@@ -42,6 +42,7 @@ def live_record(live_job: LiveJob) -> dict[str, Any]:
         },
         "duration": float(live_job.before.geometry.now[-1]),
         "window": live_job.corrected.start_window,
+        "early": 0.0 if job.ensemble is None else job.ensemble.delay[0],
         "averaged": job.ensemble is not None,
         "one_start": ONE_START,
         "colours": list(LIGHT_TO_DARK),
