@@ -86,7 +86,8 @@ def started(history: History, start: Start) -> History:
             cycle.append(replace(duty, duration=duty.duration - max(left, 0.0)))
         left -= duty.duration
     runs = tuple(time - begin for time in history.runs[start.run :])
-    return replace(history, before=duties_before(history, start), cycle=tuple(cycle), runs=runs)
+    before, given = duties_before(history, start), len(history.before)
+    return replace(history, before=before, given=given, cycle=tuple(cycle), runs=runs)
 
 
 def states_at_runs(heat: ThermalModel, history: History, runs: IntArray) -> Array:

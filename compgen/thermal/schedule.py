@@ -134,6 +134,7 @@ class History:
     """Duties before a program, between its runs and after them; without any it starts cold and runs once."""
 
     before: tuple[Duty, ...] = ()
+    given: int | None = None  # how many of them are what the user says was before, not the cycle's; None: all
     cycle: tuple[Duty, ...] = ()  # the program's own runs and what is between them; empty: one run
     after: tuple[Duty, ...] = ()
     runs: tuple[float, ...] = (0.0,)  # [s] when each run of the program begins, counted from the first

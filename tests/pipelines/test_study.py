@@ -529,6 +529,32 @@ def test_runs_with_dwells_have_no_length_to_vary(tmp_path):
     assert "drift within one program" in ASKS["warmup"](begun, UM).sentence  # a state stands in the runs' place
 
 
+def test_hours_in_shifts_have_no_length_to_vary():
+    """Cut at a break they are two stretches: of the second alone it was said that none is needed."""
+    moving = 'before=[{state="moving", feed_mm_s=200, duration_h=6, shifts=true}]'
+    job = load_job(PATH, overrides=[moving, "shift=[{from_h=6, to_h=14, breaks_h=[[9, 9.5]]}]", "ambient.clock_h=6"])
+    with pytest.raises(InputError, match="a stretch in shifts has no one length"):
+        ASKS["warmup"](job, UM)
+
+
+def test_the_warm_up_is_what_was_before_not_an_earlier_run_of_the_cycle():
+    cycle = 'cycle=[{state="moving", repeat=5, dwell_s=60}]'
+    job = load_job(PATH, overrides=["before.0.feed_mm_s=200", "process.feed_mm_s=20", cycle, "start.run=3"])
+    for question in ("warmup", "steady"):
+        assert " at 200 mm/s" in ASKS[question](job, UM).sentence
+
+
+def test_a_warm_up_that_is_enough_for_a_while_is_not_called_none():
+    """Air that swings takes what a longer warm-up has won, so the drift falls and rises with the hours."""
+    job = load_job(PATH, overrides=["process.feed_mm_s=5", "ambient={kind='wave', amplitude_K=8}"])
+    drift = ASKS["warmup"](job, UM).table[:, 1] * UM
+    assert drift[-1] > drift.min()
+    below = ASKS["warmup"](job, (drift[-1] + drift.min()) / 2).sentence
+    assert "is then below" in below
+    assert "but not after every longer one up to 48 h" in below
+    assert ASKS["warmup"](job, drift.min() / 2).sentence.startswith("no warm-up up to 48 h")
+
+
 def test_a_curve_is_followed_to_where_it_meets_the_limit():
     """10 exp(-x) falls to 2 at ln 5 and x^2 rises to 2 at the root of it, from inside: no limit is rounded up."""
     x = np.linspace(0, 4, 9)

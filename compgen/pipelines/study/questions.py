@@ -44,12 +44,12 @@ def warmup(job: Job, limit: float) -> Answer:
     state at the start would see it.
     """
     geometry, moving, before = lay_out(job), _moving(job), job.history.before
-    last = max((n for n, duty in enumerate(before) if duty.state == "moving"), default=len(before))
+    given = before[: job.history.given]
+    last = max((n for n, duty in enumerate(given) if duty.state == "moving"), default=len(given))
     steps = [step for step in job.inputs["path"]["before"] if step["state"] == "moving"]
-    if last < len(before) and steps and steps[-1]["dwell_s"]:  # a state stands in their place
-        raise InputError(
-            f"{job.source}: before: runs with dwells have no one length; say them as duration_h with a duty"
-        )
+    if last < len(given) and steps and (steps[-1]["dwell_s"] or steps[-1]["shifts"]):  # a state stands in their place
+        runs, shifts = "runs with dwells have no one length; say them", "a stretch in shifts has no one length; say it"
+        raise InputError(f"{job.source}: before: {runs if steps[-1]['dwell_s'] else shifts} as duration_h with a duty")
 
     def drift(duration: float) -> float:
         duties = (*before[:last], replace(moving, duration=duration), *before[last + 1 :])
@@ -65,14 +65,23 @@ def warmup(job: Job, limit: float) -> Answer:
     hours = np.concatenate([np.linspace(0, 4, 17), np.arange(5.0, 49.0)])
     table = np.array([[h, drift(h * HOUR) / UM] for h in hours])
     needed = first_below(lambda h: drift(h * HOUR), hours, table[:, 1] * UM, limit)
-    feed = f" at {_pace(moving)}"
-    if needed is None:
-        sentence = f"no warm-up up to {hours[-1]:g} h{feed} keeps the drift within one program below {limit / UM:g} um"
-    elif needed == 0:
-        sentence = f"no warm-up is needed{feed}: drift within one program stays below {limit / UM:g} um"
-    else:
-        sentence = f"warm up {needed:.2f} h{feed}: drift within one program then stays below {limit / UM:g} um"
+    below = hours[table[:, 1] * UM <= limit]
+    begin, drifts = _warm_up_words(needed, below, float(hours[-1]))
+    sentence = f"{begin} at {_pace(moving)}{drifts.format(f'{limit / UM:g} um')}"
     return Answer(key="warmup", sentence=sentence, columns=("warmup_h", "drift_um"), table=table, limit=limit)
+
+
+def _warm_up_words(needed: float | None, below: Array, longest: float) -> tuple[str, str]:
+    """What comes before and behind the pace: of hours from which on it is enough, or of those that are for a while."""
+    if needed is None and not len(below):
+        return f"no warm-up up to {longest:g} h", " keeps the drift within one program below {}"
+    hours = float(below[0]) if needed is None else needed
+    begin = f"warm up {hours:.2f} h" if hours else "no warm-up is needed"
+    if needed is None:
+        rest = f": drift within one program is then below {{}}, but not after every longer one up to {longest:g} h"
+    else:
+        rest = f": drift within one program {'then stays' if needed else 'stays'} below {{}}"
+    return begin, rest
 
 
 def validity(job: Job, limit: float) -> Answer:
@@ -326,7 +335,7 @@ def _answer_passes(
 
 def _moving(job: Job) -> Duty:
     """The last stretch of motion before the program; without one the program itself, at its own feed."""
-    moving = [d for d in job.history.before if d.state == "moving"]
+    moving = [d for d in job.history.before[: job.history.given] if d.state == "moving"]
     if moving:
         return moving[-1]
     if job.history.standing.loss:
