@@ -117,9 +117,11 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
         )
     pages = _pages_of(job, new)
     files = {page.file: pages[page.name] for page in written.pages[from_page - 1 :]}
-    before = _fly(new, old)
-    results = page_results(written.pages[from_page - 1 :], _sizes(from_page, stations, new, before), files)
-    join = _join(written.pages[from_page - 1].name, at, new, before, old) if at else None
+    in_folder = _in_folder(job, first, as_written, from_page, progress)
+    flown = {text: _fly(new, text) for text in (old, *in_folder)}
+    sizes = _sizes(from_page, stations, new, [flown[text] for text in in_folder])
+    results = page_results(written.pages[from_page - 1 :], sizes, files)
+    join = _join(written.pages[from_page - 1].name, at, new, flown[old], old) if at else None
     resumed = ResumedProgram(
         written=written,
         from_page=from_page,
@@ -156,6 +158,24 @@ def _as_written(job: CorrectedJob, first: Correction, earlier: Earlier, progress
     in_air = replace(job, options=replace(job.options, air=float(earlier[-1].get("air_K", air))))
     again = _corrected(_unjudged(in_air), _beginning(cell, start), (), progress)
     return _AsWritten(cell, start, again)
+
+
+def _in_folder(
+    job: CorrectedJob, first: Correction, as_written: _AsWritten, from_page: int, progress: Progress
+) -> list[Correction]:
+    """Of each page from one on, the correction that stands in the folder: an earlier call may have written it anew."""
+    calls = job.written.resumed
+    writers = [last_writer(calls, page.number) for page in job.written.pages[from_page - 1 :]]
+    by_writer = {last_writer(calls, from_page - 1): as_written.correction}
+    for writer in set(writers) - set(by_writer):
+        up_to = [entry for entry in calls[:writer] if int(entry["from_page"]) <= int(calls[writer - 1]["from_page"])]
+        by_writer[writer] = _as_written(job, first, up_to, progress).correction
+    return [by_writer[writer] for writer in writers]
+
+
+def last_writer(calls: Earlier, page: int) -> int:
+    """Which call wrote a page last; 0: the first, that parted the program."""
+    return max((k for k, entry in enumerate(calls, 1) if int(entry["from_page"]) <= page), default=0)
 
 
 def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> Known:
@@ -258,7 +278,7 @@ def _fly(new: Correction, old: Correction) -> tuple[Flight, PoseErrors]:
 
 
 def _sizes(
-    from_page: int, stations: list[int], new: Correction, before: tuple[Flight, PoseErrors]
+    from_page: int, stations: list[int], new: Correction, before: Sequence[tuple[Flight, PoseErrors]]
 ) -> list[tuple[Size, Size]]:
     """Each page's error at and between corrected stations, with the old text and with the new one."""
     edges = [*stations, len(new.plan.drive.pose)][from_page - 1 :]
@@ -270,7 +290,7 @@ def _sizes(
         return size_of(errors.distance[samples], np.ones(int(samples.sum())))
 
     after = new.execution, new.residual
-    return [(size(*before, *ends), size(*after, *ends)) for ends in pairwise(edges)]
+    return [(size(*old, *ends), size(*after, *ends)) for old, ends in zip(before, pairwise(edges), strict=True)]
 
 
 def _join(page: str, station: int, new: Correction, before: tuple[Flight, PoseErrors], old: Correction) -> Join | None:

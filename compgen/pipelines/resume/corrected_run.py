@@ -1,7 +1,7 @@
 """A corrected program in pages as it runs: its stations, and what the text of its pages in the folder leaves there."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from compgen.pipelines.resume.corrected_rest import (
     ResumedProgram,
     active_motions,
     corrected_first,
+    last_writer,
     page_stations,
     resume_corrected,
 )
@@ -127,7 +128,7 @@ def commanded_by_pages(first: Correction, job: CorrectedJob, written: WrittenJob
     A position may be in several pages, with other numbers in each; those that one call wrote agree.
     """
     drive, stations = first.plan.drive, [*page_stations(first, job), len(first.plan.drive.pose)]
-    writers = [_writer(written.resumed, page.number) for page in written.pages]
+    writers = [last_writer(written.resumed, page.number) for page in written.pages]
     theta, moves = np.full((len(drive.pose), 6), np.nan), active_motions(first)
     for writer in set(writers):
         pages = [page for page, by in zip(written.pages, writers, strict=True) if by == writer]
@@ -140,8 +141,3 @@ def commanded_by_pages(first: Correction, job: CorrectedJob, written: WrittenJob
             rows = rows[now.pose[rows] != NONE]
             theta[rows] = now.at.theta[now.pose[rows]]
     return theta
-
-
-def _writer(resumed: list[dict[str, Any]], page: int) -> int:
-    """Which call wrote a page last; 0: the first."""
-    return max((k for k, entry in enumerate(resumed, 1) if int(entry["from_page"]) <= page), default=0)
