@@ -448,6 +448,8 @@ def test_a_joint_is_said_to_stand_at_180_deg_where_the_digits_of_its_position_le
     text = ls_text.program([f"J P[{n}] 10% FINE" for n in range(1, 21)], points)
     unsafe = inspection.inspect(fanuc.loads(text), load_robot("m710ic50"), default_frames())["unsafe"]
     assert sum("J4 stands at 180 or -180 deg" in u["reason"] for u in unsafe) == told
+    sides = {u["reason"].split("; ")[1].split(" ")[0] for u in unsafe if "J4 stands" in u["reason"]}
+    assert sides == ({"180", "-180"} if told else set())  # the one that is corrected; 180 was said of all
 
 
 def test_only_the_wrist_turns_steeply_where_j5_is_small():

@@ -117,12 +117,14 @@ def _untold_turns(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe
     digit = 10.0 ** -decimal_places(program.data, p.span[p.six_of(poses.row)])[:, 3:].max(initial=0) * DEG
     steep = 1 / np.maximum(np.abs(np.sin(poses.theta[:, 4:5])), 1 / STEEPEST)
     untellable = digit * np.where(turning > 2, steep, 1.0)  # J1 turns as the tool does
-    at_half = np.abs(np.abs(robot.to_pendant(poses.theta)[:, turning]) - np.pi) < untellable
+    angle = robot.to_pendant(poses.theta)[:, turning]
+    at_half = np.abs(np.abs(angle) - np.pi) < untellable
     untold = []
     for k, column in np.argwhere(at_half & ~poses.joint_form[:, None]).tolist():
         joint = f"J{turning[column] + 1}"
         if parse_config(p.config[poses.row[k]] or "")[1][column] == 0:
-            reason = f"{joint} stands at 180 or -180 deg, CONFIG's 0 does not say at which; 180 is taken: compare it"
+            taken = f"{angle[k, column] / DEG:.0f} is taken"
+            reason = f"{joint} stands at 180 or -180 deg, CONFIG's 0 does not say at which; {taken}: compare it"
             untold.append((k, reason))
     elbow = poses.theta[:, 2]
     for k in np.flatnonzero((elbow - 2 * np.pi >= robot.lower[2]) & ~poses.joint_form).tolist():
