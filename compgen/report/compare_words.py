@@ -74,7 +74,7 @@ def whose_output(output: Output) -> dict[str, Any]:
         "output": output.name,
         "name": output.subject,
         "compgen": output.version,
-        "inputs_sha256": made.get("inputs_sha256") or made.get("robot_sha256") or output.record.get("study_sha256"),
+        "inputs_sha256": made.get("inputs_sha256") or output.record.get("study_sha256"),
     }
 
 

@@ -278,6 +278,7 @@ def test_corrections_are_compared_position_by_position(home, tmp_path):
     distance = 1e3 * np.sqrt(((b - a)[:, :3] ** 2).sum(axis=1))
     assert record["positions"]["largest_um"] == pytest.approx(distance.max(), abs=1e-6)
     assert [pair["key"] for pair in record["inputs"]] == ["before.0.duration_h"]
+    assert [record[side]["inputs_sha256"] for side in "ab"] == [None, None]  # the robot's stood there, the same of both
     (tmp_path / "b" / "PLAIN.LS").write_text((tmp_path / "b" / "PLAIN.LS").read_text().replace("CNT100", "CNT90", 1))
     refused(run("compare", "a", "b", cwd=tmp_path), 2, "PLAIN.LS", "edited")
 
