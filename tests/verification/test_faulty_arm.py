@@ -178,3 +178,24 @@ def test_chain_and_twin_agree_whatever_pose_the_pendant_calls_zero(tmp_path):
     chain, twin_pose, _ = chain_and_twin(cell, cell.sources, *motion(cell))
     assert np.abs(chain.position - twin_pose.position).max() < ATOL_M
     assert np.abs(chain.rotation - twin_pose.rotation).max() < ATOL_RAD
+
+
+def test_a_length_below_zero_grows_away_from_zero_on_both_sides(tmp_path):
+    """The twin drew an elbow that hangs below its axis nearer: right programs were 'outside', by twice its growth."""
+    file = tmp_path / "other.toml"
+    text = Path(flawed_file(tmp_path)).read_text()
+    assert "a_mm = [150, 870, 170, 0" in text
+    file.write_text(text.replace("a_mm = [150, 870, 170, 0", "a_mm = [150, 870, -170, 0"))
+    cell = load_cell(str(file))
+    chain, twin_pose, _ = chain_and_twin(cell, cell.sources, *motion(cell))
+    assert np.abs(chain.position - twin_pose.position).max() < ATOL_M
+
+
+def test_an_arm_of_three_tonnes_is_confirmed(cell):
+    """Gravity turns J1 by the rounding of what it turns J2 by: *the twin cannot be trusted* was said."""
+    theta, rise = motion(cell)
+    faults = faults_of(cell.sources)
+    beside = faults.centre + np.array([0.1, 0.2, 0.1])
+    heavy = replace(faults, force=np.zeros(3), mass=10 * faults.mass, centre=beside)
+    arm = build_faulty_arm(cell.robot, heavy)
+    arm.actual_pose(theta, {}, rise, Pose.stack([TOOL]), DirectionHistory(), 1)

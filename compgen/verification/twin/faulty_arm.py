@@ -108,7 +108,9 @@ class FaultyArm:
         chosen = [_rows(placement, rows) for placement in placements]
         torque, nominal = self._pinocchio_torque(theta[rows], chosen[-1])
         expected = self._pinocchio_pose(angles[rows], chosen)
-        differences = [(torque - loads[0][rows]) / (1 + np.abs(torque)), nominal - loads[1][rows]]
+        f = self.faults
+        weight = f.mass.sum() * np.linalg.norm(f.gravity) + np.linalg.norm(f.force)  # [N], which also J1 rounds
+        differences = [(torque - loads[0][rows]) / (1 + weight), nominal - loads[1][rows]]
         differences += [expected.position - pose.position[rows], expected.rotation - pose.rotation[rows]]
         largest = float(np.max([np.abs(x).max() for x in differences]))
         if not largest <= AGREEMENT:

@@ -23,7 +23,13 @@ from compgen.thermal import Profile, Section, ThermalModel
 from compgen.verification.twin.direction_history import DirectionHistory
 from compgen.verification.twin.faults import Faults
 from compgen.verification.twin.faulty_arm import TwinError, build_faulty_arm
-from compgen.verification.twin.nominal_arm import AGREEMENT, LENGTHS, build_grown_pose, pinocchio_difference
+from compgen.verification.twin.nominal_arm import (
+    AGREEMENT,
+    LENGTHS,
+    build_grown_pose,
+    nominal_lengths,
+    pinocchio_difference,
+)
 
 BEYOND = 1e-6  # [rad] past a limit that rounding of the text may lead
 INVERSE_TOLERANCE = 1e-9  # m; ten times that in a rotation: how far the nominal arm may be from a commanded pose
@@ -112,7 +118,8 @@ class Twin:
     def growth_per_kelvin(self) -> Array:
         """Growth of each of ``LENGTHS`` per kelvin of each node, (K, 6) [m/K]."""
         excess = {} if self.faults is None else self.faults.cte_excess
-        factors = np.array([1 + excess.get(length, 0.0) for length in LENGTHS])
+        away = np.where(np.array(nominal_lengths(self.robot)) < 0, -1, 1)  # from zero, whatever side a length is on
+        factors = away * np.array([1 + excess.get(length, 0.0) for length in LENGTHS])
         return np.asarray(growth_per_kelvin(self.heat, self.profiles) * factors)
 
     @property
