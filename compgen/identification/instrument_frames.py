@@ -20,7 +20,6 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from compgen.core.arrays import Array, BoolArray, IntArray, owns
-from compgen.core.rotations import rotation_vector
 from compgen.identification.measurements import NONE, Measurements
 
 FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
@@ -91,30 +90,7 @@ def measured_distance(frames: InstrumentFrames, data: Measurements, position: Ar
     return np.asarray(np.linalg.norm(np.nan_to_num(frames.residual(data, position, rotation)), axis=1))
 
 
-def turn_errors(frames: InstrumentFrames, data: Measurements, rotation: Array) -> Array:
-    """Angles by which orientations that an instrument measured turn otherwise than the arm, (N,) [rad].
-
-    From what fits them best, F R_n A: places on a line do not tell how the instrument stands about it. F and A, a
-    reflector's, are means of each other's rows by turns, from F as the frames have it.
-    """
-    angle, seen = np.full(len(data.pose), np.nan), np.isfinite(data.rotation[:, 0, 0])
-    arm, turned, reflector = rotation[data.pose[seen]], data.rotation[seen], data.reflector[seen]
-    F, axes = frames.rotation_of(data.instrument[seen]), np.empty_like(turned)
-    for _ in range(ROUNDS if len(turned) else 0):
-        for r in np.unique(reflector).tolist():
-            rows = reflector == r
-            axes[rows] = _mean_turn(np.swapaxes(F[rows] @ arm[rows], 1, 2) @ turned[rows])
-        F = np.broadcast_to(_mean_turn(turned @ np.swapaxes(arm @ axes, 1, 2)), F.shape)
-    angle[seen] = np.linalg.norm(rotation_vector(np.swapaxes(F @ arm @ axes, 1, 2) @ turned), axis=1)
-    return angle
-
-
-def _mean_turn(turns: Array) -> Array:
-    """The rotation nearest to some, (3, 3)."""
-    return _kabsch(turns.mean(axis=0).T)
-
-
-def _kabsch(product: Array) -> Array:
+def kabsch(product: Array) -> Array:
     """The rotation R that makes tr(R M) largest, (3, 3): with M = sum a b^T it brings points a nearest to b."""
     u, _, v = np.linalg.svd(product)
     flip = np.diag([1, 1, np.sign(np.linalg.det(v.T @ u.T))])
@@ -175,7 +151,7 @@ def _fit_instruments(
         place = np.where(measured, far[rows], 0.0)
         centre, measured_centre = (share * reflector[rows]).sum(axis=0), (share * place).sum(axis=0)
         if not aligned:
-            rotation[i] = _kabsch((share * (reflector[rows] - centre)).T @ (place - measured_centre))
+            rotation[i] = kabsch((share * (reflector[rows] - centre)).T @ (place - measured_centre))
         origin[i] = measured_centre - rotation[i] @ centre
     return replace(frames, rotation=rotation, origin=origin)
 

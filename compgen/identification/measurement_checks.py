@@ -21,7 +21,8 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance, turn_errors
+from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance
+from compgen.identification.measured_turns import turned_otherwise
 from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot, coupling_of
@@ -30,7 +31,6 @@ FAR = 0.05  # of the arm's reach: a larger median distance is no calibration err
 NEAR = 0.2  # of the spread of the positions
 FEWEST = 8  # poses from which a reading of the joints can be told from frames
 BETTER = 5.0  # times nearer: a reading of the file that explains it so much better is the right one
-TURNED = 1 * DEG  # median by which an orientation may be off: of no arm
 NEAR_LENGTH = 0.05  # share by which a length in another unit may differ from what the arm says
 UNITS = ((1000.0, "metres instead of mm"), (1e-3, "um instead of mm"), (25.4, "inches instead of mm"))
 SUSPECT = 4e-3  # [m] mean distance above which readings are tried; no arm is so far off its nominal figures
@@ -235,10 +235,7 @@ def _check_orientations(model: ArmModel, rows: Measurements, frames: InstrumentF
     """Raises InputError where measured orientations are none of the flange's."""
     if len(np.unique(rows.pose)) < FEWEST and frames is None:
         return
-    position, rotation = model.pose(rows, np.zeros(len(model.parameters)))
-    angle = turn_errors(frames or initial_frames(rows, position, rotation), rows, rotation)
-    off = float(np.median(angle[np.isfinite(angle)])) if np.isfinite(angle).any() else 0.0
-    if off > TURNED:
+    if off := turned_otherwise(model, rows, frames):
         raise InputError(
             f"{rows.file()}: columns rx_deg, ry_deg, rz_deg: they turn by {off / DEG:.1f} deg (median) otherwise than "
             "the arm: are they W P R, other Euler angles, or radians? give rotation vectors in deg, or leave them out"

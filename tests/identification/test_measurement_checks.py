@@ -285,6 +285,27 @@ def test_orientations_that_are_no_rotation_vectors_of_the_flange_are_refused(rea
         check_plausible(arm.robot, model, data)
 
 
+@pytest.mark.parametrize("joint", range(6))
+def test_an_arm_whose_zero_is_off_by_two_degrees_is_no_file_of_other_angles(joint):
+    """Its orientations were refused as *W P R, other Euler angles, or radians*, and they were right."""
+    arm, rng, count = load_arm("m710ic50"), np.random.default_rng(5), 40
+    theta = random_theta(arm.robot, rng, count)
+    flange = flange_pose(arm.robot, theta + 2 * DEG * np.eye(6)[joint])
+    turns = flange.rotation @ rotation_matrix(rng.normal(0, 0.02 * DEG, (count, 3)))
+    data = replace(
+        blank_rows(theta, np.arange(count), [f"m.csv: line {n + 2}" for n in range(count)], 0),
+        position=flange.position + flange.rotation @ [0.06, 0.01, 0.1],
+        rotation=turns,
+        reflectors=("r",),
+        instruments=("m.csv",),
+        aligned=np.array([False]),
+    )
+    model = build_model(arm.robot, [], 0)
+    check_plausible(arm.robot, model, data)
+    with pytest.raises(InputError, match="rx_deg, ry_deg, rz_deg: they turn by"):
+        check_plausible(arm.robot, model, replace(data, rotation=rotation_matrix(rotation_vector(turns) * 0.9)))
+
+
 def test_places_on_a_line_leave_open_how_the_instrument_stands_about_it():
     """Right orientations were refused: the frame that places alone tell was turned by 42 deg about the line."""
     arm, rng, count = load_arm("m710ic50"), np.random.default_rng(4), 20
