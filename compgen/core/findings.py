@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
+from typing import Self
 
 from compgen.core.finding_codes import Code, Level
 
@@ -91,6 +92,12 @@ class Finding:
         if self.level not in self.code.levels:
             raise ValueError(f"a finding {self.code} is no {self.level}: {', '.join(self.code.levels)}")
         object.__setattr__(self, "message", one_line(self.message))
+
+    @classmethod
+    def of(cls, code: Code, message: str) -> Self:
+        """A finding of a code that has one level."""
+        (level,) = code.levels
+        return cls(level, code, message)
 
     def record(self) -> dict[str, str]:
         """The finding as a report writes it."""

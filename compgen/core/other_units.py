@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from math import hypot, inf, pi
 from typing import Any
 
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM
 
@@ -137,12 +137,12 @@ def lengths_in_other_units(option: str, text: str, lengths: Sequence[float]) -> 
         return ()
     meant = " ".join(f"{length / MM:.4g}" for length in lengths)
     message = f"{option} '{text}': did you mean '{meant}'? it looks like metres, it is in mm"
-    return (Finding(Level.WARNING, Code.UNITS_UNLIKELY, message),)
+    return (Finding.of(Code.UNITS_UNLIKELY, message),)
 
 
 def _finding(file: str, key: str, value: float, factor: float, unit: str, expected: str) -> Finding:
     message = f"{key} = {value:g}: did you mean {value * factor:.4g}? it looks like {unit}, the key is in {expected}"
-    return Finding(Level.WARNING, Code.UNITS_UNLIKELY, f"{file}: {message}")
+    return Finding.of(Code.UNITS_UNLIKELY, f"{file}: {message}")
 
 
 def _numbers_in(data: Any, key: str, plain: str) -> Iterator[tuple[str, str, float]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, column_extremes
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState, reversal_widths, unknown_share
@@ -45,7 +45,7 @@ def map_findings(sources: Sequence[Source], position: Array, number: IntArray | 
         f"{int(outside.sum())} of {len(position)} positions, first {first}, leave the measured map's hull in {ranges}; "
         "the map's value at its edge is taken there: measure lines that reach further, or move the path"
     )
-    return [Finding(Level.WARNING, Code.SOURCES_MAP, message)]
+    return [Finding.of(Code.SOURCES_MAP, message)]
 
 
 def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> list[Finding]:
@@ -62,7 +62,7 @@ def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> l
         if over[i] > TOLERANCE
     )
     message = f"the program leaves the joints that the errors were identified in: {ranges}; measure poses there"
-    return [Finding(Level.WARNING, Code.SOURCES_BOX, message)]
+    return [Finding.of(Code.SOURCES_BOX, message)]
 
 
 def joint_halves(model: ErrorModel, theta: Array) -> Array:
@@ -140,4 +140,4 @@ def unknown_start_findings(
         f"the side that joints come from is not known before they have moved: where the part begins, {amounts} of "
         "half-width are left unknown; lead in with a longer move, always from the same side"
     )
-    return [Finding(Level.NOTE, Code.SOURCES_START, message)]
+    return [Finding.of(Code.SOURCES_START, message)]

@@ -145,7 +145,7 @@ def forecast_findings(limits: FitLimits, *, warm: bool) -> list[Finding]:
             f"{blocks} blocks of measurements could be foretold from those before; {FEW_BLOCKS} or more say how far "
             f"the fit's own band may be trusted (scaled by {scale:.2f}): measure {poses} poses or more"
         )
-        return [Finding(Level.NOTE, Code.FORECAST_FEW, message)]
+        return [Finding.of(Code.FORECAST_FEW, message)]
     return []
 
 

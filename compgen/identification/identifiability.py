@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.error_model.rigid_share import rigid_share
 from compgen.identification.fit import Fit
@@ -157,12 +157,12 @@ def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> Iterator[F
             "no row sees the base: where it stands (base_frame), the zero of J1 and d1 stay nominal, and World is the "
             "robot file's; teach the part's frame with the arm (cgen teach-frame)"
         )
-        yield Finding(Level.NOTE, Code.UNOBSERVABLE, message)
+        yield Finding.of(Code.UNOBSERVABLE, message)
     directions = unseen_directions(model, data, fitted)
     if directions:
         more = f", and {len(directions) - NAMED} more" if len(directions) > NAMED else ""
         message = f"no row sees {'; '.join(directions[:NAMED])}{more}: held near nominal by the priors"
-        yield Finding(Level.NOTE, Code.UNOBSERVABLE, message)
+        yield Finding.of(Code.UNOBSERVABLE, message)
 
 
 def unseen_directions(model: ArmModel, data: Measurements, fitted: Fit) -> list[str]:

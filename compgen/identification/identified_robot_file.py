@@ -284,7 +284,7 @@ def sensorless_findings(nodes: Sequence[SensorlessNode], *, is_written: bool) ->
                 f"{node.name} has no sensor: it rose {node.height:.2f} +- {node.height_sigma:.2f} times what the file "
                 f"says beside the others, with {node.lag:.2f} times its time constant; {ending}"
             )
-            findings.append(Finding(Level.NOTE, Code.LOG_FITTED, message))
+            findings.append(Finding.of(Code.LOG_FITTED, message))
         elif not node.is_plausible:
             message = (
                 f"{node.name} has no sensor: the fit asks for {node.height:.3g} times its rise with {node.lag:.3g} "

@@ -255,7 +255,7 @@ def _unwritten_warmth(nodes: int) -> list[Finding]:
     """What a user must know of a warm-up whose temperatures nobody measured."""
     mend = "--temperatures" if nodes else "a [thermal] table with nodes, and their log with --temperatures"
     message = f"the warm-up was fitted along without temperatures, and nothing of its warmth is written; give {mend}"
-    return [Finding(Level.NOTE, Code.WARM_UP, message)]
+    return [Finding.of(Code.WARM_UP, message)]
 
 
 def fitted_sources(

@@ -27,7 +27,7 @@ from typing import Any, get_args
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MDEG
 from compgen.error_model.direction_memory import direction_states, reversal_widths
@@ -168,7 +168,7 @@ def lost_motion_findings(
             for i in np.flatnonzero(measured)
         )
         message = f"lost motion by reversal runs, half-width over width [mdeg], law {motion.law}: {amounts}"
-        yield Finding(Level.NOTE, Code.REVERSALS_WIDTH, message)
+        yield Finding.of(Code.REVERSALS_WIDTH, message)
     held = np.flatnonzero(~measured)
     if len(held):
         amounts = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in held)
@@ -176,7 +176,7 @@ def lost_motion_findings(
             "no reversal in small steps (reversals.csv of plan-poses), or too little play on it, tells how far these "
             f"joints turn until their play is through; held [mdeg]: {amounts}"
         )
-        yield Finding(Level.NOTE, Code.REVERSALS_HELD, message)
+        yield Finding.of(Code.REVERSALS_HELD, message)
 
 
 def _runs(data: Measurements) -> Iterator[tuple[int, IntArray]]:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from compgen.core.arrays import Array
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import UM
@@ -42,7 +42,7 @@ def with_shared_setups(data: Measurements, fitted: Fit) -> tuple[Measurements, l
         f"{np.linalg.norm(_difference(fitted, i, j)[3:]) / UM:.0f} um: taken as measured from one setup"
         for i, j in pairs
     ]
-    return merged, [Finding(Level.NOTE, Code.SETUP, message) for message in messages]
+    return merged, [Finding.of(Code.SETUP, message) for message in messages]
 
 
 def as_one_setup(data: Measurements, fitted: Fit) -> Measurements:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, rms
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
@@ -91,7 +91,7 @@ def validate(
     outlier, findings = far_rows(data, residual), list[Finding]()
     if outlier.mean() > MOST:
         message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
-        findings.append(Finding(Level.WARNING, Code.OUTLIERS, message))
+        findings.append(Finding.of(Code.OUTLIERS, message))
         outlier = np.zeros_like(outlier)
     farthest = np.argsort(-distances[1])
     usual = np.full(len(outlier), np.median(distances[1]))
@@ -100,7 +100,7 @@ def validate(
     worst = int(np.argmax(kept))
     if bound is not None and kept[worst] > bound:
         message = f"{data.label[worst]}: error of {kept[worst] / UM:.1f} um exceeds --max-um {bound / UM:g}"
-        findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX_UM, message))
+        findings.append(Finding.of(Code.BOUNDS_MAX_UM, message))
     of_three = distances[1] * np.sqrt(3 / data.numbers)
     return Validation(
         data=data,

@@ -84,7 +84,7 @@ def set_aside_findings(label: Sequence[str], rows: IntArray, distance: Array, us
         for n in rows[:NAMED].tolist()
     ]
     messages += [f"{len(rows) - NAMED} more rows were set aside"] if len(rows) > NAMED else []
-    return [Finding(Level.WARNING, Code.OUTLIER, message) for message in messages]
+    return [Finding.of(Code.OUTLIER, message) for message in messages]
 
 
 def left_findings(
@@ -112,7 +112,7 @@ def left_findings(
                 f"unseen {words} are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability "
                 f"explain {explained / UM:.0f}: the arm does what the model has not{sag}"
             )
-            findings.append(Finding(Level.WARNING, Code.LEFT, message))
+            findings.append(Finding.of(Code.LEFT, message))
     return findings
 
 
@@ -130,7 +130,7 @@ def known_here_only(here: float, anywhere: float) -> list[Finding]:
         f"taught), those measured to +- {2 * here / UM:.0f}: measure poses over all the robot's use, as "
         "'cgen plan-poses' says, or stay inside"
     )
-    return [Finding(Level.WARNING, Code.NARROW, message)]
+    return [Finding.of(Code.NARROW, message)]
 
 
 def _frames_told_apart(
@@ -159,7 +159,7 @@ def _refuse_unexplained(robot: Robot, selected: FittedCandidate) -> list[Finding
         f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
         "signs), the DH lengths and the order of the columns this robot's?"
     )
-    return [Finding(Level.REFUSED, Code.UNEXPLAINED, message)]
+    return [Finding.of(Code.UNEXPLAINED, message)]
 
 
 def _refuse_no_gain(
@@ -174,7 +174,7 @@ def _refuse_no_gain(
         f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
         f"{poses_to_add(robot, data, moved)}"
     )
-    return [Finding(Level.REFUSED, Code.NO_GAIN, message)]
+    return [Finding.of(Code.NO_GAIN, message)]
 
 
 def _unmoved_joints(data: Measurements, moved: BoolArray) -> Iterator[Finding]:
@@ -184,13 +184,13 @@ def _unmoved_joints(data: Measurements, moved: BoolArray) -> Iterator[Finding]:
         message = (
             f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; measure poses that move J{k + 1}"
         )
-        yield Finding(Level.WARNING, Code.STILL, message)
+        yield Finding.of(Code.STILL, message)
     for k in np.flatnonzero(moved & (span < NARROW)).tolist():
         message = (
             f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are known there and nowhere else; the "
             "robot file says so (sources.box)"
         )
-        yield Finding(Level.WARNING, Code.NARROW, message)
+        yield Finding.of(Code.NARROW, message)
 
 
 def _held_by_prior(model: ArmModel, weak: Sequence[int]) -> list[Finding]:
@@ -231,7 +231,7 @@ def refuse_foreign_lengths(robot: Robot, model: ArmModel, fitted: Fit) -> list[F
     if not far:
         return []
     words = "; ".join(sentence for _, sentence in sorted(far, reverse=True)[:2])
-    return [Finding(Level.REFUSED, Code.LENGTHS, f"{words}: is this the arm's file? mend its DH lengths")]
+    return [Finding.of(Code.LENGTHS, f"{words}: is this the arm's file? mend its DH lengths")]
 
 
 def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:
@@ -251,8 +251,7 @@ def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:
         count = int((fitted.outlier & rows).sum())
         if count > FEWEST and count > MOST * rows.sum():
             return [
-                Finding(
-                    Level.REFUSED,
+                Finding.of(
                     Code.SET_ASIDE,
                     f"{count} of {int(rows.sum())} ({100 * count / rows.sum():.0f} %) of {name} do not fit the others, "
                     f"and {100 * MOST:.0f} % may be wild: {MOVED}",

@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.recorded.table import read_findings
 from compgen.core.units import DAY, MINUTE
@@ -88,11 +88,11 @@ def with_temperatures(
     ]
     if filled.loose:
         message = f"{source}: {filled.loose} readings far from their neighbours are left out"
-        findings.append(Finding(Level.NOTE, Code.LOG_LOOSE, message))
+        findings.append(Finding.of(Code.LOG_LOOSE, message))
     if modelled:
         names = ", ".join(heat.names[k] for k in modelled)
         message = f"{source}: no sensor on {names}: their rises are modelled from the others, in the file's proportions"
-        findings.append(Finding(Level.NOTE, Code.LOG_MODELLED, message))
+        findings.append(Finding.of(Code.LOG_MODELLED, message))
     return replace(data, rise=filled.rise, lag=filled.lag, shifted=shifted, modelled=modelled, warm=warm), findings
 
 
@@ -209,7 +209,7 @@ def _lukewarm(log: Temperatures, reference: Reference) -> list[Finding]:
         f"{log.table.source}: the log may not begin cold ({words}): rises count from its first readings; --reference "
         "says what else they may count from"
     )
-    return [Finding(Level.WARNING, Code.LOG_WARM, message)]
+    return [Finding.of(Code.LOG_WARM, message)]
 
 
 def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> Iterator[Finding]:
@@ -225,7 +225,7 @@ def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> 
                     f"{highest[a]:.1f} and {highest[b]:.1f} K, where the robot file expects {expected[a]:g} to "
                     f"{expected[b]:g}"
                 )
-                yield Finding(Level.WARNING, Code.LOG_SWAPPED, message)
+                yield Finding.of(Code.LOG_SWAPPED, message)
     if log.ambient is None or (air := float(np.ptp(log.ambient))) <= AIR:
         return
     hottest = max(expected.values()) / SWAPPED
@@ -236,7 +236,7 @@ def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> 
             f"{log.table.source}: are {log.column[a]} and ambient_degC swapped? they change by {highest[a]:.1f} "
             f"and {air:.1f} K"
         )
-        yield Finding(Level.WARNING, Code.LOG_SWAPPED, message)
+        yield Finding.of(Code.LOG_SWAPPED, message)
 
 
 def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:
@@ -253,4 +253,4 @@ def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:
                 f"{log.table.source}: {log.column[name]} has no reading for 30 min or more around {lost} poses; its "
                 "rise is modelled there"
             )
-            yield Finding(Level.NOTE, Code.LOG_GAP, message)
+            yield Finding.of(Code.LOG_GAP, message)

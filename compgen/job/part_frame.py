@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from compgen.core.exceptions import InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import POSE_KEYS, Pose
 from compgen.core.toml import suggest
@@ -72,7 +72,7 @@ def frame_findings(frame: PartFrame | None, robot_file_hash: str, nodes: Sequenc
             "[frame] does not say how it was taught: touched on the pendant with a warm arm it holds the heat, which "
             "would be corrected twice; teach it with cgen teach-frame, or say frame.taught"
         )
-        return (Finding(Level.NOTE, Code.FRAME_TAUGHT, message),)
+        return (Finding.of(Code.FRAME_TAUGHT, message),)
     hottest = max(taught.rise_K.values(), default=0.0)
     if taught.through == "pendant":
         if hottest > WARM:
@@ -80,20 +80,20 @@ def frame_findings(frame: PartFrame | None, robot_file_hash: str, nodes: Sequenc
                 f"the frame was taught on the pendant by an arm {hottest:.1f} K warm, without a model: the heat is in "
                 "it and would be corrected twice; teach it with cgen teach-frame"
             )
-            return (Finding(Level.WARNING, Code.FRAME_HOT, message),)
+            return (Finding.of(Code.FRAME_HOT, message),)
         message = "the frame was taught on the pendant: what the arm errs by at the touched places is in it"
-        return (Finding(Level.NOTE, Code.FRAME_PENDANT, message),)
+        return (Finding.of(Code.FRAME_PENDANT, message),)
     findings = []
     strange = [node for node in taught.rise_K if node not in nodes]
     if strange:
         message = f"frame.taught.rise_K: the robot file has no node '{strange[0]}': its rise does not count"
-        findings.append(Finding(Level.NOTE, Code.FRAME_TAUGHT, message + suggest(strange[0], nodes, listed=True)))
+        findings.append(Finding.of(Code.FRAME_TAUGHT, message + suggest(strange[0], nodes, listed=True)))
     if taught.robot_file and not taught.robot_file.endswith(robot_file_hash[:16]):
         message = f"the frame was taught through {taught.robot_file}, another robot file than this; teach it anew"
-        findings.append(Finding(Level.WARNING, Code.FRAME_MODEL, message))
+        findings.append(Finding.of(Code.FRAME_MODEL, message))
     if any(taught.sigma_um):
         k2 = ", ".join(f"{2 * s:.0f}" for s in taught.sigma_um)
         tool = " by the probe that taught it" if taught.touches else ""
         message = f"the part's place is known to {k2} um (k = 2, World x, y, z){tool}: in the band, and in no bound"
-        findings.append(Finding(Level.NOTE, Code.FRAME_UNCERTAINTY, message))
+        findings.append(Finding.of(Code.FRAME_UNCERTAINTY, message))
     return tuple(findings)

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError, naming_file
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.toml import Angle, Coordinate, Length, NotNegative, Table
 from compgen.core.units import DEG, MM
@@ -238,7 +238,7 @@ def _crossed_holes(boundary: BoundaryTable | None) -> tuple[Finding, ...]:
         f"boundary.holes: over {'a hole' if count == 1 else f'{count} holes'} the tool runs on at the part's height "
         "and feed, out of contact; where it may not, give your own points"
     )
-    return (Finding(Level.NOTE, Code.PATH_HOLES, message),)
+    return (Finding.of(Code.PATH_HOLES, message),)
 
 
 def _questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
@@ -256,7 +256,7 @@ def _questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
         f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm): between "
         f"two {kind}s some of the part is left out; make it smaller, or mend the part's size"
     )
-    return (Finding(Level.WARNING, Code.PATH_STEPOVER, message),)
+    return (Finding.of(Code.PATH_STEPOVER, message),)
 
 
 def leaning_pattern(table: ProcessTable, path: ExactPath, file: str, *, standing: bool = False) -> PiecewiseCurve:

@@ -66,7 +66,7 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
             findings.append(Finding(level, code, message))
     if bounds == Bounds():
         message = "[bounds] of the path file gives none: nothing says whether this is good enough; give bounds.max_um"
-        findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_NONE, message))
+        findings.append(Finding.of(Code.BOUNDS_NONE, message))
     return findings
 
 
@@ -168,5 +168,5 @@ def judge_draws(bounds: Sequence[DrawnBound], guarantee: Guarantee) -> list[Find
             f"{together} of {guarantee.draws} draws break one of the guaranteed bounds, {guarantee.may_break} may: "
             f"each is kept by {promise}, all at once are not; raise one of them"
         )
-        findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_GUARANTEED_TOGETHER, message))
+        findings.append(Finding.of(Code.BOUNDS_GUARANTEED_TOGETHER, message))
     return findings

@@ -43,30 +43,43 @@ def names_in(tree, enum):
 
 
 def calls(trees):
-    """Where a finding is made, and the call."""
+    """Where a finding is made: its level, None where its code alone says it, and the code."""
     for path, tree in trees.items():
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Finding":
-                yield path, node
+            if not isinstance(node, ast.Call):
+                continue
+            if ast.unparse(node.func) == "Finding":
+                level, code, _ = node.args
+                assert not node.keywords
+                yield path, level, code
+            elif ast.unparse(node.func) == "Finding.of":
+                yield path, None, node.args[0]
 
 
 def test_a_finding_takes_its_code_from_the_registry_at_a_level_that_it_may_have(trees):
     made = list(calls(trees))
     assert len(made) > 150
-    for path, call in made:
-        level, code, _ = call.args
-        assert not call.keywords
-        where = f"{path}:{call.lineno}"
+    for path, level, code in made:
+        where = f"{path}:{code.lineno}"
         texts = [n.value for n in ast.walk(code) if isinstance(n, ast.Constant) and isinstance(n.value, str)]
         assert set(texts) <= {"bounds.", "bounds.guaranteed.", "code"}, where  # by a bound's key, or read again
         for name in names_in(code, "Code"):
-            assert {Level[other] for other in names_in(level, "Level")} <= set(Code[name].levels), where
+            if level is None:
+                assert len(Code[name].levels) == 1, where
+            else:
+                assert {Level[other] for other in names_in(level, "Level")} <= set(Code[name].levels), where
+
+
+def test_no_level_is_said_where_its_code_has_no_other(trees):
+    for path, level, code in calls(trees):
+        if level is not None and isinstance(code, ast.Attribute):
+            assert len(Code[code.attr].levels) > 1, f"{path}:{code.lineno}"
 
 
 def test_each_code_is_found_by_its_own_room_first_and_none_by_nobody(trees):
     rooms: dict[Code, set[str]] = {}
-    for path, call in calls(trees):
-        for name in names_in(call.args[1], "Code"):
+    for path, _, code in calls(trees):
+        for name in names_in(code, "Code"):
             rooms.setdefault(Code[name], set()).add(path.parts[1])
     named = {Code[name] for path, tree in trees.items() for name in names_in(tree, "Code")}
     by_key = {code for code in Code if code.startswith("bounds.") and code not in named}
@@ -104,6 +117,12 @@ def test_each_code_says_what_it_means_and_what_to_do():
 def test_a_level_that_a_code_may_not_have_fails():
     with pytest.raises(ValueError, match=r"correction.none is no note: outside"):
         Finding(Level.NOTE, Code.CORRECTION_NONE, "nothing")
+
+
+def test_a_code_of_one_level_says_it_and_one_of_several_does_not():
+    assert Finding.of(Code.CORRECTION_NONE, "nothing") == Finding(Level.OUTSIDE, Code.CORRECTION_NONE, "nothing")
+    with pytest.raises(ValueError, match="too many values"):
+        Finding.of(Code.MOTION_KNOWN, "which level?")
 
 
 def test_a_record_has_the_text_of_a_code():

@@ -11,7 +11,7 @@ from pathlib import Path
 from compgen.core.csv_table import MAX_BYTES, CsvTable, Recorded, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.recorded.cells import (
     brief_name,
@@ -48,7 +48,7 @@ _NAMED = 9  # lines in a note
 
 def read_findings(notes: Iterable[str]) -> list[Finding]:
     """How files were understood, for the user."""
-    return [Finding(Level.NOTE, Code.FILE_READ_AS, note) for note in dict.fromkeys(notes)]
+    return [Finding.of(Code.FILE_READ_AS, note) for note in dict.fromkeys(notes)]
 
 
 def read_table(source: str | Path, required: Sequence[str], known: Sequence[str]) -> CsvTable:

@@ -285,9 +285,9 @@ def _findings(identified: IdentifiedMotion, period: float, apart: float) -> tupl
             f"{100 * identified.slowed:.0f} % of the rows are left out: there the robot had another speed than the "
             "program says, by the controller or by its operator"
         )
-        findings.append(Finding(Level.NOTE, Code.MOTION_SLOWED, message))
+        findings.append(Finding.of(Code.MOTION_SLOWED, message))
     message = "a delay of the whole motion does not show in a log, and moves no path"
-    return (*findings, Finding(Level.NOTE, Code.MOTION_LAG, message))
+    return (*findings, Finding.of(Code.MOTION_LAG, message))
 
 
 def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterator[Finding]:
@@ -295,37 +295,37 @@ def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterato
     kind = identified.chosen.kind
     if identified.blocks < LEAST_BLOCKS:
         message = f"{identified.blocks} blocks of rows are too few to keep some for the check; log a longer run"
-        yield Finding(Level.REFUSED, Code.MOTION_SHORT, message)
+        yield Finding.of(Code.MOTION_SHORT, message)
     if not kind.count and identified.sigma[1] > BLIND:
         message = (
             f"the path curves too little at its speed to show smoothing: {known}; log a program with corners at CNT100 "
             "or curvature that changes, at full speed"
         )
-        yield Finding(Level.REFUSED, Code.MOTION_BLIND, message)
+        yield Finding.of(Code.MOTION_BLIND, message)
     elif not kind.count:
         message = (
             "no smoothing seen: the log shows the programmed path itself; either the controller smooths nothing, or "
             f"the log has commanded positions from before the smoothing; {known}"
         )
-        yield Finding(Level.REFUSED, Code.MOTION_NONE, message)
+        yield Finding.of(Code.MOTION_NONE, message)
     elif identified.misses_bends:
         message = (
             f"{kind.words} explains how the robot starts and stops, but not its speed in bends "
             f"({100 * identified.slowed:.0f} % of the rows, all bends among them, are left out): {NONE_TRIED}"
         )
-        yield Finding(Level.REFUSED, Code.MOTION_HELD_OUT, message)
+        yield Finding.of(Code.MOTION_HELD_OUT, message)
     elif _whole(identified, 1) > max(BETTER * _whole(identified, 0), identified.seen):
         message = (
             f"on stretches held out of the fit {kind.words} leaves {identified.held_out / UM:.2f} um rms, the program "
             f"without smoothing {identified.plain / UM:.2f}: {NONE_TRIED}"
         )
-        yield Finding(Level.REFUSED, Code.MOTION_HELD_OUT, message)
+        yield Finding.of(Code.MOTION_HELD_OUT, message)
     elif apart > APART:
         message = (
             f"two halves of the log disagree: the smoothing of one leaves {100 * apart:.0f} % of the other's error; "
             "log one run of one program again"
         )
-        yield Finding(Level.REFUSED, Code.MOTION_PARTS, message)
+        yield Finding.of(Code.MOTION_PARTS, message)
 
 
 def _whole(identified: IdentifiedMotion, which: int) -> float:
@@ -339,24 +339,24 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
     others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
     if max(identified.plain, identified.unexplained) <= identified.seen:
         message = f"only starts and stops show smoothing, no bend: it is {NO_MORE}; {more}"
-        yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
+        yield Finding.of(Code.MOTION_UNSURE, message)
     elif identified.held_out > identified.limit:
         message = (
             f"on stretches held out of the fit {kind.words} leaves {identified.held_out / UM:.2f} um rms of "
             f"{identified.plain / UM:.2f}, more than {identified.limit / UM:.2f}: it is {NO_MORE}"
         )
-        yield Finding(Level.WARNING, Code.MOTION_MISFIT, message)
+        yield Finding.of(Code.MOTION_MISFIT, message)
     if kind.reach_at is not None:
         message = f"the times differ from line to line: it is {NO_MORE}"
-        yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
+        yield Finding.of(Code.MOTION_UNSURE, message)
     if others:
         message = (
             f"the log does not show whether it is {kind.words} or {others[0].words}; known is that {known}; {more}"
         )
-        yield Finding(Level.WARNING, Code.MOTION_ALIKE, message)
+        yield Finding.of(Code.MOTION_ALIKE, message)
     times = zip(times_of(kind, identified.chosen.numbers), identified.intervals.tolist(), strict=True)
     for time, (low, high) in times:
         if (high - low) / 2 > max(KNOWN * time, period):
             message = f"the time {time / MS:.0f} ms may be {low / MS:.0f} to {high / MS:.0f} ms (95 %); {known}; {more}"
-            yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
+            yield Finding.of(Code.MOTION_UNSURE, message)
             return

@@ -16,7 +16,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, norm, rms
 from compgen.core.exceptions import InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import UM
@@ -87,7 +87,7 @@ def stray_corner(run: ExecutedRun, robot: Robot) -> tuple[Finding | None, Fitted
         "this program leads it, smoothed as in the rest of the log: a position there is another, or another program "
         "ran along the same way; give the program that ran"
     )
-    return Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message), fitted
+    return Finding.of(Code.EXECUTED_ANOTHER, message), fitted
 
 
 def _left(fitted: FittedWindows, robot: Robot, tool: Pose) -> Array:

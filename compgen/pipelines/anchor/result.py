@@ -58,7 +58,7 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
         of_base = " where the part is; a probe that is not where [probe] says looks alike: cgen teach-frame fits it"
         where = of_base if moved.what == "the base" else "; its touches are left out"
         message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, +- {k2} um at 95 %){where}"
-        yield Finding(Level.WARNING, Code.ANCHOR_MOVED, message)
+        yield Finding.of(Code.ANCHOR_MOVED, message)
     chi2 = anchored.as_forecast.chi2
     # what moved, or one touch, is no physics where it explains the rest
     is_open = max(hypothesis.day, hypothesis.noise) > 1 or probability(anchored.judged[0].chi2, R) < LIKELY
@@ -67,10 +67,10 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
             f"; the day went {hypothesis.day:g} times as far from the forecast as it may" if hypothesis.day > 1 else ""
         )
         from_it = f"the touches are {np.sqrt(chi2 / R):.1f} times as far from the forecast as expected"
-        yield Finding(Level.WARNING, Code.ANCHOR_PHYSICS, f"physics is missing: {from_it}{why}")
+        yield Finding.of(Code.ANCHOR_PHYSICS, f"physics is missing: {from_it}{why}")
     yield from _touch_findings(anchored)
     if anchored.forecast.course is None and not anchored.job.history.before and anchored.job.cell.state is None:
-        yield Finding(Level.NOTE, Code.ANCHOR_COLD, "neither [[before]] nor a log: the forecast is a cold robot")
+        yield Finding.of(Code.ANCHOR_COLD, "neither [[before]] nor a log: the forecast is a cold robot")
     yield from anchored.job.input_findings
 
 
@@ -82,10 +82,10 @@ def _touch_findings(anchored: Anchored) -> Iterator[Finding]:
         off = np.linalg.norm(seen.y[seen.touch == hypothesis.touch])
         label = touches.label[hypothesis.touch]
         message = f"{label}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
-        yield Finding(Level.WARNING, Code.ANCHOR_TOUCH, message)
+        yield Finding.of(Code.ANCHOR_TOUCH, message)
     if hypothesis.noise > 1:
         message = f"touches scatter {hypothesis.noise:g} times as much as their sigma says"
-        yield Finding(Level.WARNING, Code.ANCHOR_NOISE, message)
+        yield Finding.of(Code.ANCHOR_NOISE, message)
     for n in np.flatnonzero(anchored.left.E_n > E_N).tolist():
         touch = int(anchored.left.touch[n])
         message = (
@@ -93,10 +93,10 @@ def _touch_findings(anchored: Anchored) -> Iterator[Finding]:
             f"{anchored.left.error[n] / UM:.0f} um from where the other touches put it, "
             f"{anchored.left.E_n[n]:.1f} times the limit of 95 %"
         )
-        yield Finding(Level.WARNING, Code.ANCHOR_LEFT_OUT, message)
+        yield Finding.of(Code.ANCHOR_LEFT_OUT, message)
     if not np.isfinite(touches.sigma).any():
         message = f"the touches give no sigma_um: each coordinate counts with {np.median(seen.sigma) / UM:.0f} um"
-        yield Finding(Level.NOTE, Code.ANCHOR_SIGMA, message)
+        yield Finding.of(Code.ANCHOR_SIGMA, message)
     still = np.flatnonzero(np.ptp(touches.theta, axis=0) < THROUGH)
     if seen.taught is not None and len(still) and reversal_widths(anchored.job.sources) is not None:
         named = ", ".join(f"J{k + 1}" for k in still.tolist())
@@ -104,7 +104,7 @@ def _touch_findings(anchored: Anchored) -> Iterator[Finding]:
             f"{named} did not turn between the touches: if its play was another when the places were taught, the state "
             "is wrong by it; turn it by 2 deg before the first touch, both times"
         )
-        yield Finding(Level.WARNING, Code.ANCHOR_PLAY, message)
+        yield Finding.of(Code.ANCHOR_PLAY, message)
 
 
 def _next(anchored: Anchored) -> str:

@@ -16,7 +16,7 @@ from scipy.linalg import block_diag
 
 from compgen.core.arrays import Array, BoolArray, rms
 from compgen.core.exceptions import ImpossibleError, InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import MM
@@ -217,13 +217,13 @@ def _require_targets(artefact: Artefact, placed: BoolArray, planes: int, *, cent
         )
     if artefact.certified is None and artefact.taught is None:
         message = f"{source}: artefact.certified: not said: places count as an instrument's, known to their sigma_um"
-        notes.append(Finding(Level.NOTE, Code.TOUCHES_CERTIFIED, message))
+        notes.append(Finding.of(Code.TOUCHES_CERTIFIED, message))
     unplaced = ", ".join(n for n, known in zip(artefact.names, placed.tolist(), strict=True) if not known)
     if not placed.any() and not planes:
         raise InputError(f"{source}: sphere: none has a place; give x_mm, y_mm, z_mm of those to be touched")
     if unplaced:
         message = f"{source}: sphere {unplaced}: no place, so a touch anchors nothing: left out"
-        notes.append(Finding(Level.NOTE, Code.TOUCHES_UNKNOWN_PLACE, message))
+        notes.append(Finding.of(Code.TOUCHES_UNKNOWN_PLACE, message))
     if placed.sum() + planes > MOST_TARGETS:
         count = placed.sum() + planes
         raise InputError(f"{source}: {count} targets; at most {MOST_TARGETS} are planned for: leave some out")
@@ -259,4 +259,4 @@ def unreached(artefact: Artefact, targets: Targets, ways: Ways) -> list[Finding]
     if not missed:
         return []
     message = f"{', '.join(missed)}: no way to touch it in the program's posture: left out"
-    return [Finding(Level.WARNING, Code.TOUCHES_REACH, message)]
+    return [Finding.of(Code.TOUCHES_REACH, message)]

@@ -12,7 +12,7 @@ import numpy as np
 from compgen.core import stages
 from compgen.core.arrays import Array
 from compgen.core.exceptions import ImpossibleError, InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.stages import Progress
@@ -155,7 +155,7 @@ def _gain_findings(coordinates: int, rms: Array, count: int) -> Iterator[Finding
     """Touches that are too few for a state, or more than gain much."""
     if coordinates < LEAST_COORDINATES:
         message = f"{coordinates} coordinates: cgen anchor asks for {LEAST_COORDINATES} at least; plan more touches"
-        yield Finding(Level.WARNING, Code.TOUCHES_TOO_FEW, message)
+        yield Finding.of(Code.TOUCHES_TOO_FEW, message)
     gain = 1 - rms[1:] / np.maximum(rms[:-1], 1e-15)
     useful = int(np.argmax(gain < USEFUL)) if (gain < USEFUL).any() else count
     if useful < count:
@@ -163,7 +163,7 @@ def _gain_findings(coordinates: int, rms: Array, count: int) -> Iterator[Finding
             f"from touch {useful + 1} on each gains less than {USEFUL:.0%}: -n {max(useful, 1)} leaves "
             f"{rms[max(useful, 1)] / UM:.1f} um where {count} leave {rms[-1] / UM:.1f}"
         )
-        yield Finding(Level.NOTE, Code.TOUCHES_MORE_THAN_USEFUL, message)
+        yield Finding.of(Code.TOUCHES_MORE_THAN_USEFUL, message)
 
 
 def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> Iterator[Finding]:
@@ -174,7 +174,7 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> Iterato
         way = lifted[n] + (lifted[after] - lifted[n]) * share
         if job.robot.interference is not None and (job.robot.interference.clearance(way) < 0).any():
             message = f"between touches {n + 1} and {after + 1} J2 and J3 leave their polygon: teach a position between"
-            yield Finding(Level.WARNING, Code.TOUCHES_WAY, message)
+            yield Finding.of(Code.TOUCHES_WAY, message)
         gap = stem_gap(job.robot, targets, probe, way)
         s = int(np.argmin(gap))
         if gap[s] < NEAR:
@@ -182,7 +182,7 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> Iterato
                 f"between touches {n + 1} and {after + 1} the probe passes {max(gap[s], 0.0) / MM:.0f} mm from "
                 f"{targets.name[s]}: teach a position between"
             )
-            yield Finding(Level.WARNING, Code.TOUCHES_WAY, message)
+            yield Finding.of(Code.TOUCHES_WAY, message)
 
 
 def beginning(ways: Ways) -> int:

@@ -80,11 +80,11 @@ def _robot_findings(result: Correction) -> Iterator[Finding]:
     others = other_models(plan.program, robot)
     if others:
         message = f"its remarks name {', '.join(others)[:60]}, it is corrected for {robot.name}"
-        yield Finding(Level.WARNING, Code.ROBOT_NAMED, f"{message}: is that the robot that runs it?")
+        yield Finding.of(Code.ROBOT_NAMED, f"{message}: is that the robot that runs it?")
     groups = sorted(set(plan.program.positions.group[plan.program.positions.group > 1].tolist()))
     if groups:
         message = f"positions hold group {', '.join(map(str, groups))} as well: group 1 is taken for {robot.name}"
-        yield Finding(Level.NOTE, Code.ROBOT_GROUPS, message)
+        yield Finding.of(Code.ROBOT_GROUPS, message)
 
 
 def _placement_findings(result: Correction) -> Iterator[Finding]:
@@ -94,18 +94,18 @@ def _placement_findings(result: Correction) -> Iterator[Finding]:
     if len(rows) and (bases := np.unique(poses.arm_bases.base[rows][poses.arm_bases.base[rows] > 0])).size:
         message = f"an extended axis carries the arm: {counted(len(bases), 'place', 'places')} of its base taken from "
         message += "the frames table; errors told in World, maps among them, are taken to move along with it"
-        yield Finding(Level.NOTE, Code.ROBOT_CARRIED, message)
+        yield Finding.of(Code.ROBOT_CARRIED, message)
     if poses.placements.assumed:
         names = _first_of([f"PR[{n}]" for n in poses.placements.assumed])
         message = f"{names}: taken for Cartesian, for the program writes six numbers and does not say in which form"
-        yield Finding(Level.NOTE, Code.REGISTERS_FORM, message)
+        yield Finding.of(Code.REGISTERS_FORM, message)
 
 
 def _bound_findings(result: Correction) -> list[Finding]:
     judged = result.judged
     if not judged.any():
         message = "no position of this program can be corrected: it is unchanged; cgen inspect says what keeps them"
-        return [Finding(Level.OUTSIDE, Code.CORRECTION_NONE, message)]
+        return [Finding.of(Code.CORRECTION_NONE, message)]
     findings = job_findings.nothing_to_correct(result.cell)
     before, after = result.error.distance[judged], result.residual.distance[judged]
     worse = np.flatnonzero(after > before + ROUNDING)
@@ -127,13 +127,13 @@ def _bound_findings(result: Correction) -> list[Finding]:
             f"{result.turn[k, i] / DEG:.2f} deg more from the planned to the corrected text than the correction "
             "explains: a singularity is near; teach it elsewhere"
         )
-        findings.append(Finding(Level.OUTSIDE, Code.CORRECTION_TURN, message))
+        findings.append(Finding.of(Code.CORRECTION_TURN, message))
     bound = result.options.bound
     if bound is not None and after.max() > bound:
         place = _place_of(result, np.flatnonzero(judged)[np.argmax(after)])
         size = beyond_text(float(after.max()) / UM, bound / UM)
         message = f"{place}: {size} um after correction, above the {bound / UM:g} um of --max-um"
-        findings.append(Finding(Level.OUTSIDE, Code.BOUNDS_MAX, message))
+        findings.append(Finding.of(Code.BOUNDS_MAX, message))
     return findings
 
 
@@ -143,7 +143,7 @@ def _missing_bound(result: Correction) -> list[Finding]:
         return []
     after = result.residual.distance[result.judged].max() / UM
     message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
-    return [Finding(Level.OUTSIDE, Code.BOUNDS_NONE, message)]
+    return [Finding.of(Code.BOUNDS_NONE, message)]
 
 
 def _source_findings(result: Correction) -> Iterator[Finding]:
@@ -176,7 +176,7 @@ def _source_findings(result: Correction) -> Iterator[Finding]:
     if others and reversal_widths(cell.sources) is not None:
         begins = [int(part[plan.free[part]][0]) for part in others]
         message = f"{_lines_at(result, begins)}: from where the robot comes is not sure: the side that joints come from"
-        yield Finding(Level.NOTE, Code.SOURCES_ORDER, f"{message} is as unknown there as where the program begins")
+        yield Finding.of(Code.SOURCES_ORDER, f"{message} is as unknown there as where the program begins")
 
 
 def _scope_findings(result: Correction) -> Iterator[Finding]:
@@ -185,24 +185,24 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
         lines = sorted({u.line for u in unsafe})
         what = "statements or positions that stay as they are, or put the correction in doubt"
         message = f"{what}: {len(unsafe)}, in {_lines(lines)}"
-        yield Finding(Level.WARNING, Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
+        yield Finding.of(Code.CORRECTION_UNSAFE, f"{message}; first: {unsafe[0].text}: {unsafe[0].reason}")
     contradicted = contradictions(result.plan.program, result.plan.drive, result.around.called)
     if contradicted:
         lines = sorted({u.line for u in contradicted})
         first = contradicted[0]
         message = f"the program contradicts itself at {_lines(lines)}; first: {first.text}: {first.reason}"
-        yield Finding(Level.WARNING, Code.PROGRAM_CONTRADICTION, message)
+        yield Finding.of(Code.PROGRAM_CONTRADICTION, message)
     if missing := sorted(result.around.called.missing):
         message = f"called programs not beside it are taken to write no user frame and no tool: {_first_of(missing)}"
         message += "; put their .LS there, or make sure that none does"
-        yield Finding(Level.WARNING, Code.PROGRAM_CALLED, message)
+        yield Finding.of(Code.PROGRAM_CALLED, message)
     for reason, stations in numbers_by_words(result.plan.stations.held).items():
         at = np.isin(result.execution.station, stations) & (result.execution.fraction == 1)
         left = result.residual.distance[at].max(initial=0.0) / UM
         message = f"{_lines_at(result, stations)} left as it is, up to {left:.0f} um off: {reason}"
-        yield Finding(Level.WARNING, Code.CORRECTION_HELD, message)
+        yield Finding.of(Code.CORRECTION_HELD, message)
     for limit, stations in numbers_by_words(result.plan.stations.limited).items():
-        yield Finding(Level.WARNING, Code.CORRECTION_LIMITED, f"{limit} binds at {_lines_at(result, stations)}")
+        yield Finding.of(Code.CORRECTION_LIMITED, f"{limit} binds at {_lines_at(result, stations)}")
 
 
 def _shared_findings(result: Correction) -> Iterator[Finding]:
@@ -213,12 +213,12 @@ def _shared_findings(result: Correction) -> Iterator[Finding]:
         message = (
             f"{names} used more than once with corrections up to {shared.spread.max() / UM:.1f} um from their mean"
         )
-        yield Finding(Level.WARNING, Code.CORRECTION_SHARED, f"{message}, which is written; --split parts them")
+        yield Finding.of(Code.CORRECTION_SHARED, f"{message}, which is written; --split parts them")
     mixed = np.flatnonzero(shared.mixed)
     if len(mixed):
         names = _positions(poses.number[mixed].tolist())
         message = f"{names} also used where nothing may change: left as it is; --split parts them"
-        yield Finding(Level.WARNING, Code.CORRECTION_MIXED, message)
+        yield Finding.of(Code.CORRECTION_MIXED, message)
 
 
 def _served_findings(result: Correction) -> Iterator[Finding]:
@@ -232,7 +232,7 @@ def _served_findings(result: Correction) -> Iterator[Finding]:
             f"a file for each start alone would be about {worst.largest / mean:.1f} times better: --before with the "
             "standing makes one"
         )
-        yield Finding(Level.WARNING, Code.AVERAGE_WIDE, message)
+        yield Finding.of(Code.AVERAGE_WIDE, message)
     both = zip(result.served.flown, result.served.planned, strict=True)
     (start, left), planned = max(both, key=lambda one: one[0][1].largest - one[1].largest)
     if left.largest > planned.largest + ROUNDING:
@@ -240,7 +240,7 @@ def _served_findings(result: Correction) -> Iterator[Finding]:
             f"{start_words(start)}: up to {left.largest / UM:.1f} um are left, and the planned program is "
             f"{planned.largest / UM:.1f} um off: it would become worse there; serve fewer starts"
         )
-        yield Finding(Level.WARNING, Code.AVERAGE_WIDE, message)
+        yield Finding.of(Code.AVERAGE_WIDE, message)
 
 
 def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:
@@ -252,13 +252,13 @@ def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:
         mend = "--insert UM puts points into them" if len(closed) < len(stray) else "teach points between"
         mend += f"; --insert puts none into {_lines_at(result, closed)}" if len(closed) else ""
         message = f"straight lines between corrected ends stray by up to {deviation.max() / UM:.1f} um midway"
-        yield Finding(Level.NOTE, Code.CORRECTION_STRAIGHT, f"{message}; {mend}")
+        yield Finding.of(Code.CORRECTION_STRAIGHT, f"{message}; {mend}")
     short = drive.line & (drive.origin != NONE) & ~drive.stop & (drive.length > 0)
     short &= drive.written < (1 - SAME_FEED) * result.cell.robot.controller.period
     if short.any():
         message = f"{counted(int(short.sum()), 'straight line is', 'straight lines are')} shorter than speed x the "
         message += "interpolation period: the robot will be slower there"
-        yield Finding(Level.NOTE, Code.TIMING_SHORT, message)
+        yield Finding.of(Code.TIMING_SHORT, message)
 
 
 def _way_findings(result: Correction) -> Iterator[Finding]:
@@ -275,14 +275,12 @@ def _way_findings(result: Correction) -> Iterator[Finding]:
     unsure = unsure[unsure > 0]
     if len(unsure):
         message = f"{_lines_at(result, unsure)}: from where the robot comes is not sure (a jump, a call, a macro, an"
-        yield Finding(
-            Level.NOTE, Code.CORRECTION_ORDER, f"{message} unknown place): the end is judged, not the way there"
-        )
+        yield Finding.of(Code.CORRECTION_ORDER, f"{message} unknown place): the end is judged, not the way there")
     letters = np.array(result.plan.program.motions.letter)[drive.motion]
     curved = np.flatnonzero(result.plan.free & np.isin(letters, ARC_LETTERS))
     if len(curved):
         message = f"{_lines_at(result, curved)}: a chain of A or S: its ends are judged, not the curve between them"
-        yield Finding(Level.NOTE, Code.CORRECTION_ORDER, message)
+        yield Finding.of(Code.CORRECTION_ORDER, message)
 
 
 def _text_findings(result: Correction) -> Iterator[Finding]:
@@ -290,15 +288,15 @@ def _text_findings(result: Correction) -> Iterator[Finding]:
     decimals = decimals_of(result.plan.program, result.plan.poses.row[changed])
     if decimals.min(initial=3) < 3:
         message = f"positions are written with {decimals.min()} decimals: rounding alone moves them by up to"
-        yield Finding(Level.NOTE, Code.TEXT_DECIMALS, f"{message} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um")
+        yield Finding.of(Code.TEXT_DECIMALS, f"{message} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um")
     joint = result.plan.poses.joint_form & result.shared.changed
     if joint.any():
         message = f"{int(joint.sum())} corrected positions are in joint form, whose digits say a place less exactly"
-        yield Finding(Level.NOTE, Code.TEXT_JOINT_FORM, message)
+        yield Finding.of(Code.TEXT_JOINT_FORM, message)
     if result.changed and result.mark is Mark.NONE:
         message = "its positions cannot carry compgen's mark: keep the provenance file beside the program"
         message += ", or let a remark carry it with --mark remark"
-        yield Finding(Level.NOTE, Code.CORRECTION_MARK, message)
+        yield Finding.of(Code.CORRECTION_MARK, message)
 
 
 def _frame_findings(result: Correction) -> Sequence[Finding]:
@@ -311,21 +309,21 @@ def _frame_findings(result: Correction) -> Sequence[Finding]:
         f"frame {names} of the frames table was taught; the corrected positions do not all stand in it, Cartesian, "
         "with one tool, on an arm that nothing carries: how it was taught does not count"
     )
-    return (Finding(Level.NOTE, Code.FRAME_TAUGHT, message),)
+    return (Finding.of(Code.FRAME_TAUGHT, message),)
 
 
 def _heat_findings(result: Correction) -> Iterator[Finding]:
     drive, stations, heat = result.plan.drive, result.plan.stations, result.cell.heat
     yield from result.cell.input_findings
     if not result.before and result.cell.heat.start is None:
-        yield Finding(Level.NOTE, Code.THERMAL_COLD, "no --before: the cell starts cold")
+        yield Finding.of(Code.THERMAL_COLD, "no --before: the cell starts cold")
     motion = drive.joint_motion()
     moving = np.where(motion.driven > 0, np.diff(motion.time), 0.0)
     if moving.any():
         feed = float(motion.driven @ moving / moving.sum())
         duration = float(moving.sum())
         messages = extrapolations(heat, result.before, round(feed, 4), duration, stations.rise)
-        yield from [Finding(Level.WARNING, Code.THERMAL_BOX, message) for message in messages]
+        yield from [Finding.of(Code.THERMAL_BOX, message) for message in messages]
 
 
 def _timing_findings(result: Correction) -> Iterator[Finding]:
@@ -336,7 +334,7 @@ def _timing_findings(result: Correction) -> Iterator[Finding]:
             "(a register, a wait, an override, a moving extended axis or group): a speed is assumed; a wait, the axis, "
             "the group or a way between places that are not told takes no time in the heat"
         )
-        yield Finding(Level.NOTE, Code.TIMING_ASSUMED, message)
+        yield Finding.of(Code.TIMING_ASSUMED, message)
     if drive.flow:
         where = _lines_and_programs(drive.flow, sorted(result.around.called.branching))
         message = f"{where}: jumps, calls and loops: the heat is that of one pass in the order listed"
@@ -353,7 +351,7 @@ def _controller_findings(result: Correction) -> Iterator[Finding]:
     yield from motion_command_findings(result)
     if controller.compensation == "signature":
         message = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
-        yield Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, message)
+        yield Finding.of(Code.CONTROLLER_SIGNATURE, message)
     size = program_size(result.plan.program)
     message = f"{size.lines} lines, {size.positions} positions, about {size.memory / KB:.0f} kB on the controller"
     if not size.within(controller_capacity(result.cell.robot)):

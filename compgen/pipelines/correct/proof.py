@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, norm, rms
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector
@@ -116,7 +116,7 @@ def wide_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]
         f"{counted(int(over.sum()), 'arc sweeps', 'arcs sweep')} more than 180 deg once corrected, by P[{number}] "
         f"{swept[worst] / DEG:.4f}: a controller may refuse that (circle angle too large); part each in two"
     )
-    return [Finding(Level.WARNING, Code.CORRECTION_ARC, message)]
+    return [Finding.of(Code.CORRECTION_ARC, message)]
 
 
 def flat_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]:
@@ -132,4 +132,4 @@ def flat_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]
         f"{counted(len(flat), 'arc has its', 'arcs have their')} three places in one line (by {names}): a controller "
         "may refuse that; the places are judged, not the way between them"
     )
-    return [Finding(Level.WARNING, Code.CORRECTION_FLAT_ARC, message)]
+    return [Finding.of(Code.CORRECTION_FLAT_ARC, message)]

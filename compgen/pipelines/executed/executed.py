@@ -60,7 +60,7 @@ def read_text(file: str, content: bytes) -> ProgramText:
                 f"{record_file.name} beside it is of another text of {program.name}: an older correction, or the "
                 "program was edited since; give the one that the record was written with"
             )
-            findings.append(Finding(Level.WARNING, Code.EXECUTED_RECORD, message))
+            findings.append(Finding.of(Code.EXECUTED_RECORD, message))
     made_from = read_record(folder / "report.json").get("provenance")
     report_inputs = made_from.get("inputs_sha256") if isinstance(made_from, dict) else None
     if inputs and isinstance(report_inputs, str) and not report_inputs.startswith(inputs):
@@ -68,7 +68,7 @@ def read_text(file: str, content: bytes) -> ProgramText:
             f"report.json beside it is of inputs {report_inputs[:12]}, the program's remark says {inputs[:12]}: it is "
             "an older program, or another one's report"
         )
-        findings.append(Finding(Level.WARNING, Code.EXECUTED_RECORD, message))
+        findings.append(Finding.of(Code.EXECUTED_RECORD, message))
     return ProgramText(
         file=file,
         content=content,
@@ -142,7 +142,7 @@ def judge_and_fit(
             likenesses.append(like)
             continue
         message = f"{name} is another path; the robot did not follow it"
-        findings.append(Finding(Level.NOTE, Code.EXECUTED_UNLIKE, message))
+        findings.append(Finding.of(Code.EXECUTED_UNLIKE, message))
     findings += [*findings_of_run(course, followed, deviation, clock, likenesses, bound), *text.findings]
     run = ExecutedRun(
         course=course,

@@ -15,7 +15,7 @@ import numpy as np
 from compgen.compensation.problem import Settings
 from compgen.compensation.tables import settings_of
 from compgen.core.exceptions import InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.other_units import values_in_other_units
 from compgen.core.recorded.table import read_findings
@@ -358,7 +358,7 @@ def _with_run_in(
         message = (
             f"sweeps run {lead:.0f} mm past the edge, not {table.lead_mm:g} (path.lead_mm), to run play through there"
         )
-        finding = Finding(Level.NOTE, Code.PATH_LEAD_IN, f"{message}; process.lead_in = false keeps them short")
+        finding = Finding.of(Code.PATH_LEAD_IN, f"{message}; process.lead_in = false keeps them short")
         return longer, (finding,)
     return program, ()
 

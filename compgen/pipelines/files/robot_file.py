@@ -42,8 +42,7 @@ COLD = Finding(
     Code.THERMAL_NONE,
     "the robot file has no [thermal]: the arm is taken as cold, and what its warmth does is not known",
 )
-ROUNDED_UP = Finding(
-    Level.NOTE,
+ROUNDED_UP = Finding.of(
     Code.CONTROLLER_PERIODS,
     "the robot file does not have controller.rounds_up_to_period: each line is counted as a whole number of "
     "interpolation periods, as FANUC's controllers were seen to do; give true or false",
@@ -372,12 +371,12 @@ def posterior_beside(
         if not any(k.sigma for k in known):
             return None, []
         message = f"{robot_file}: identified.posterior: no file is named; {_TOO_WIDE}; identify again"
-        return None, [Finding(Level.WARNING, Code.POSTERIOR_MISSING, message)]
+        return None, [Finding.of(Code.POSTERIOR_MISSING, message)]
     beside = [folder / identified.posterior for folder in (robot_file.parent, robot_file.resolve().parent)]
     file = next((f for f in beside if f.exists()), None)
     if file is None:
         message = f"{beside[0]}: not there; {_TOO_WIDE}; copy it along with its robot file"
-        return None, [Finding(Level.WARNING, Code.POSTERIOR_MISSING, message)]
+        return None, [Finding.of(Code.POSTERIOR_MISSING, message)]
     content = read_named(file, f"{robot_file.name} names it: put it back, or identify again", MOST_BYTES)
     if posterior_hash(content) != identified.posterior_sha256:
         raise InputError(
@@ -393,4 +392,4 @@ def posterior_beside(
         if not is_overridden:
             raise
         message = f"{file}: it belongs to the values that the robot file has without overrides; {_TOO_WIDE}"
-        return None, [Finding(Level.WARNING, Code.POSTERIOR_OVERRIDDEN, message)]
+        return None, [Finding.of(Code.POSTERIOR_OVERRIDDEN, message)]

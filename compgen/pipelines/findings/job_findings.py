@@ -65,7 +65,7 @@ def limited(solution: Solution) -> list[Finding]:
     keys = " or ".join(f"compensation.{key}" for name, key in mends.items() if name in kinds)
     message = f"{text}; {farthest}" if text else farthest
     message += f"; raise {keys} to let the correction go farther" if keys else ""
-    return [Finding(Level.WARNING, Code.COMPENSATION_LIMITED, message)]
+    return [Finding.of(Code.COMPENSATION_LIMITED, message)]
 
 
 def numbers_by_words(pairs: Iterable[tuple[int, str]]) -> dict[str, list[int]]:
@@ -84,7 +84,7 @@ def nothing_to_correct(cell: Cell) -> list[Finding]:
         "the robot file says nothing that makes this arm err; it needs [thermal] with temperatures of the warm arm, or "
         "an identification (cgen plan-poses, then cgen identify)"
     )
-    return [Finding(Level.OUTSIDE, Code.CORRECTION_NONE, message)]
+    return [Finding.of(Code.CORRECTION_NONE, message)]
 
 
 def of_knowledge(job: Job) -> list[Finding]:
@@ -103,7 +103,7 @@ def of_knowledge(job: Job) -> list[Finding]:
         f"{held_out / UM:.0f} um off (mean) at poses that its identification had not seen: on the part some "
         f"{held_out / UM:.0f} um can be kept"
     )
-    return [Finding(Level.WARNING, Code.BOUNDS_KNOWLEDGE, message)]
+    return [Finding.of(Code.BOUNDS_KNOWLEDGE, message)]
 
 
 def solver(solution: Solution, settings: Settings) -> list[Finding]:
@@ -111,7 +111,7 @@ def solver(solution: Solution, settings: Settings) -> list[Finding]:
     if settings.solver is Solver.STRUCTURED:
         return []
     message = f"the correction is {settings.solver.value}'s, after {solution.iterations} iterations"
-    return [Finding(Level.NOTE, Code.COMPENSATION_SOLVER, message)]
+    return [Finding.of(Code.COMPENSATION_SOLVER, message)]
 
 
 def failed(solution: Solution) -> str:
@@ -132,8 +132,7 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
     """Joint limits passed, and speeds that are not the wanted one."""
     if trajectory.utilisation.max() > 1:
         kind, joint = np.unravel_index(int(np.argmax(trajectory.utilisation)), trajectory.utilisation.shape)
-        yield Finding(
-            Level.OUTSIDE,
+        yield Finding.of(
             Code.TIMING_LIMIT,
             f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
             f"{100 * trajectory.utilisation.max():.0f} % of its limit; lower process.feed_mm_s",
@@ -149,19 +148,19 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             else ("joint limits bind there")
         )
         message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
-        yield Finding(Level.NOTE, Code.TIMING_BELOW_FEED, message)
+        yield Finding.of(Code.TIMING_BELOW_FEED, message)
     if abs(feed - job.feed) > SAME_FEED * job.feed:
         message = (
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
-        yield Finding(Level.NOTE, Code.TIMING_FEED, message)
+        yield Finding.of(Code.TIMING_FEED, message)
     error, late = feed_errors(trajectory.speed, program.speed, program.lengths())
     if error > FEED_ERROR:
         message = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
             f"stretch by {late / MS:.0f} ms at most"
         )
-        yield Finding(Level.NOTE, Code.TIMING_FEED_ERROR, message)
+        yield Finding.of(Code.TIMING_FEED_ERROR, message)
 
 
 def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding]:
@@ -174,7 +173,7 @@ def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding
         f"({100 * (driven / planned - 1):+.1f} %), by its stops and slow stretches; all numbers here are of the "
         "written program"
     )
-    return [Finding(Level.NOTE, Code.TIMING_CLOCK, message)]
+    return [Finding.of(Code.TIMING_CLOCK, message)]
 
 
 def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Finding]:
@@ -189,7 +188,7 @@ def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Fin
         f"the written speeds ask {written.use.max():.5g} times the {limit}{place}: the controller is slower there; "
         "lower process.feed_mm_s"
     )
-    return [Finding(Level.WARNING, Code.TIMING_JOINT_USE, message)]
+    return [Finding.of(Code.TIMING_JOINT_USE, message)]
 
 
 def orientation_on_arcs(job: Job, program: Program) -> list[Finding]:
@@ -222,7 +221,7 @@ def times_apart(controller: Controller, written: WrittenMotion) -> list[Finding]
         f"on a controller that rounds every line up to whole periods of {controller.period / MS:g} ms; times and heat "
         f"here are {'the second' if controller.rounds_up_to_period else 'the first'}: controller.rounds_up_to_period"
     )
-    return [Finding(Level.NOTE, Code.TIMING_WHOLE_PERIODS, message)]
+    return [Finding.of(Code.TIMING_WHOLE_PERIODS, message)]
 
 
 def over_periods(controller: Controller, path: ToolPath, program: Program, feed: float) -> list[Finding]:
@@ -248,7 +247,7 @@ def over_periods(controller: Controller, path: ToolPath, program: Program, feed:
         f"periods that they were laid out for: that to P[{worst + 2}] {lasts[worst]:.4f}, not {planned[worst]:.0f}; a "
         "controller that rounds up takes one more for each"
     )
-    return [Finding(Level.WARNING, Code.TIMING_OVER_PERIODS, message)]
+    return [Finding.of(Code.TIMING_OVER_PERIODS, message)]
 
 
 def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Finding]:

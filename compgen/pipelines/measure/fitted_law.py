@@ -76,7 +76,7 @@ def law_finding(source: str, fitted: FittedLaw) -> Finding:
     unseen = ", ".join(n for n, _, _, s in fitted.rows() if np.isnan(s))
     words = [f"rise_K and tau_h are fitted to the log: {', '.join(seen)}"] if seen else []
     words += [f"the log does not show {unseen}: rise_K and law_K stay"] if unseen else []
-    return Finding(Level.NOTE, Code.LOG_FITTED, f"{source}: {'; '.join(words)}")
+    return Finding.of(Code.LOG_FITTED, f"{source}: {'; '.join(words)}")
 
 
 def rise_reference(text: str) -> Reference:

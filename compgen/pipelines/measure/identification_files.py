@@ -12,7 +12,7 @@ from compgen.core.arrays import Array
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.files import file_hash
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
 from compgen.core.recorded.table import read_findings
@@ -331,7 +331,7 @@ def _load_findings(arm: Arm) -> list[Finding]:
     if arm.facts.loads.have_weight and not arm.network_masses:
         return []
     message = NETWORK_LOADS.format(arm.facts.loads.payload) if arm.network_masses else WITHOUT_LOADS
-    return [Finding(Level.NOTE, Code.SOURCES_LOADS, message)]
+    return [Finding.of(Code.SOURCES_LOADS, message)]
 
 
 def robot_files_of(target: Path, text: str) -> dict[str, bytes]:

@@ -11,7 +11,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
@@ -80,7 +80,7 @@ def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Findi
         unlike.append(f"it has corners below CNT{LEAST_CNT / PERCENT:.0f}, and how long these wait no log has shown")
     for what in unlike:
         message = f"{what}: it is {NO_MORE}; log a run at 100 % with corners at CNT100"
-        yield Finding(Level.WARNING, Code.MOTION_UNSURE, message)
+        yield Finding.of(Code.MOTION_UNSURE, message)
 
 
 def _another_time(shown: Sequence[Array], passed: Sequence[Array]) -> Iterator[Finding]:
@@ -96,7 +96,7 @@ def _another_time(shown: Sequence[Array], passed: Sequence[Array]) -> Iterator[F
             f"the run lasted {lasts:.1f} s, with this smoothing it takes {takes:.1f}: how long its corners wait, or "
             "its override, is not known; log a run at 100 % override with corners at CNT100"
         )
-        yield Finding(Level.REFUSED, Code.MOTION_PARTS, message)
+        yield Finding.of(Code.MOTION_PARTS, message)
 
 
 def _left_of_bends(identified: IdentifiedMotion) -> dict[str, float]:

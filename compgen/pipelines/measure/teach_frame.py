@@ -12,7 +12,7 @@ import tomlkit
 from compgen.core.arrays import Array, nine_digits
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_findings
@@ -186,21 +186,21 @@ def _findings(
     """What the user must know of the teaching."""
     for n in np.flatnonzero(fitted.outlier).tolist():
         off = f"{abs(fitted.residual[n]) / UM:.0f} um from where the other touches have it"
-        yield Finding(Level.WARNING, Code.OUTLIER, f"{touches.label[n]}: set aside: {off}")
+        yield Finding.of(Code.OUTLIER, f"{touches.label[n]}: set aside: {off}")
     if nominal and hottest > WARM:
         message = (
             f"taught as the pendant does, by an arm {hottest:.1f} K warm: the heat is in the frame and would be "
             "corrected twice; leave --nominal out"
         )
-        yield Finding(Level.WARNING, Code.FRAME_HOT, message)
+        yield Finding.of(Code.FRAME_HOT, message)
     if log is None:
         message = "taken as taught by a cold arm; if it was warm, give its log with --temperatures"
-        yield Finding(Level.NOTE, Code.FRAME_COLD, message)
+        yield Finding.of(Code.FRAME_COLD, message)
     if nominal:
         return
     if not any(k.sigma for k in arm.known):
         message = f"{arm.source} was never identified: what the arm errs by where it touched is in the frame"
-        yield Finding(Level.WARNING, Code.FRAME_MODEL, message)
+        yield Finding.of(Code.FRAME_MODEL, message)
         return
     limits = fit_limits_of(arm.identified)
     explained = float(np.linalg.norm([np.median(sigma_of(touches)), limits.noise, limits.repeatability or 0.0]))
@@ -210,7 +210,7 @@ def _findings(
             f"the arm explain {explained / UM:.0f}: check the probe's diameter, the spheres' places and the joints; "
             "the frame may be off by more than it says"
         )
-        yield Finding(Level.WARNING, Code.FRAME_LEFT, message)
+        yield Finding.of(Code.FRAME_LEFT, message)
 
 
 def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> Iterator[Finding]:
@@ -222,7 +222,7 @@ def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, fla
             f"their certified {artefact.length[n] / MM:.3f} mm: is the artefact's temperature right? cgen identify "
             "--touches fits the arm's lengths to it"
         )
-        yield Finding(Level.WARNING, Code.FRAME_LENGTH, message)
+        yield Finding.of(Code.FRAME_LENGTH, message)
 
 
 def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from compgen.compensation.simplify import simplify
 from compgen.core import stages
 from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, frozen
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.stages import Progress
@@ -61,7 +61,7 @@ def with_arcs(
         "the corrected path"
     )
     kept = planned.at(rows, planned.path.subset(rows, via))
-    findings = (*planned.findings, Finding(Level.NOTE, Code.PATH_ARCS, message))
+    findings = (*planned.findings, Finding.of(Code.PATH_ARCS, message))
     return replace(kept, dense=dense, findings=findings), problem.window(rows), solution_at(solution, rows)
 
 

@@ -15,7 +15,7 @@ from hashlib import sha256
 import numpy as np
 
 from compgen.core.exceptions import ImpossibleError, InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.units import DEG, MM
 from compgen.job.job import Job
@@ -84,7 +84,7 @@ def dry_run_findings(job: Job, path: ToolPath) -> list[Finding]:
         f"{dry_run_words(height)}: this program runs {height / MM:g} mm above its place, at least "
         f"{share[worst] * height / MM:.1f} mm clear of the part; its correction is for there: not for the part"
     )
-    return [Finding(Level.WARNING, Code.PROGRAM_DRY_RUN, message)]
+    return [Finding.of(Code.PROGRAM_DRY_RUN, message)]
 
 
 def raised_findings(height: float) -> list[Finding]:
@@ -94,7 +94,7 @@ def raised_findings(height: float) -> list[Finding]:
     message = (
         f"{dry_run_words(height)}: Z of all positions is {height / MM:g} mm larger in their frame; not for the part"
     )
-    return [Finding(Level.WARNING, Code.PROGRAM_DRY_RUN, message)]
+    return [Finding.of(Code.PROGRAM_DRY_RUN, message)]
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.dates import DEFAULT_DATE
 from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress, RunStage
 from compgen.core.units import UM
@@ -114,7 +114,7 @@ def _plan_findings(planned: Planned) -> Iterator[Finding]:
     driven = DrivenPoses(theta=theta, position=places, rise=rise, directions=planned.motion, contact=path.contact)
     hot = extrapolations(job.cell.heat, job.duties_before(), job.feed, time[-1], rise)
     yield from [
-        *(Finding(Level.WARNING, Code.THERMAL_BOX, text) for text in hot),
+        *(Finding.of(Code.THERMAL_BOX, text) for text in hot),
         *map_findings(job.sources, places[on_part], on_part),
         *joint_box_findings(job.robot, job.cell.joint_box, theta[on_part]),
         *unknown_start_findings(job.robot, job.sources, planned.model, driven),
@@ -124,10 +124,10 @@ def _plan_findings(planned: Planned) -> Iterator[Finding]:
         *dry_run_findings(job, path),
     ]
     if not job.history.before and job.heat.start is None:
-        yield Finding(Level.NOTE, Code.THERMAL_COLD, "no [[before]]: the cell starts cold")
+        yield Finding.of(Code.THERMAL_COLD, "no [[before]]: the cell starts cold")
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
-        yield Finding(Level.NOTE, Code.CONTROLLER_SIGNATURE, text)
+        yield Finding.of(Code.CONTROLLER_SIGNATURE, text)
 
 
 def generate(
@@ -256,7 +256,7 @@ def _verdict(
     ]
     if corrected.mid_spatial > MAX_RIPPLE:
         puts = f"the correction puts {corrected.mid_spatial / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
-        yield Finding(Level.WARNING, Code.COMPENSATION_MID_SPATIAL, f"{puts}; raise compensation.curvature_period_mm")
+        yield Finding.of(Code.COMPENSATION_MID_SPATIAL, f"{puts}; raise compensation.curvature_period_mm")
 
 
 def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Problem, Solution, list[Finding]]:
@@ -361,7 +361,7 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     rows = simplify.simplify(path, solution.theta, solution.correction[:, :3], tolerance, planned.feed * period)
     N = len(path.arc)
     message = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
-    findings = (*planned.findings, Finding(Level.NOTE, Code.PATH_THINNED, message))
+    findings = (*planned.findings, Finding.of(Code.PATH_THINNED, message))
     return replace(planned.at(rows), findings=findings), solution_at(solution, rows)
 
 

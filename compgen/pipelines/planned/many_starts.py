@@ -19,7 +19,7 @@ from compgen.compensation import optimise
 from compgen.compensation.problem import Problem
 from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.dates import DEFAULT_DATE
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.job.job import Job
@@ -249,13 +249,13 @@ def averaging_findings(averaged: Averaged) -> Iterator[Finding]:
             f"instead of {worst.total.max / UM:.2f}; {averaged.files} files keep each start within "
             f"{averaged.tolerance / UM:g} um of its own (compensation.start_drift_um)"
         )
-        yield Finding(Level.WARNING, Code.AVERAGE_WIDE, message)
+        yield Finding.of(Code.AVERAGE_WIDE, message)
     if averaged.disagreement > max(APART * averaged.spread, SAME):
         message = (
             f"over the starts the twin differs from the error model by {averaged.disagreement / UM:.2f} um rms, the "
             f"starts from their mean by {averaged.spread / UM:.2f}: trust what was flown, not what lies between"
         )
-        yield Finding(Level.WARNING, Code.AVERAGE_MODEL, message)
+        yield Finding.of(Code.AVERAGE_MODEL, message)
 
 
 def spread_finding(ensemble: Ensemble, at_mean: float, over: str, worst: Start) -> Finding:
@@ -264,7 +264,7 @@ def spread_finding(ensemble: Ensemble, at_mean: float, over: str, worst: Start) 
         f"one file for {ensemble_words(ensemble)}: at most {at_mean / UM:.2f} um with the mean of the rises, {over} "
         f"at most over the starts ({start_words(worst)})"
     )
-    return Finding(Level.NOTE, Code.AVERAGE_SPREAD, message)
+    return Finding.of(Code.AVERAGE_SPREAD, message)
 
 
 def ensemble_words(ensemble: Ensemble) -> str:

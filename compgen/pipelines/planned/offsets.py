@@ -133,11 +133,11 @@ def _offset_findings(uframe: int, ways: tuple[Offset, ...]) -> Iterator[Finding]
             "the positions are in World (UFRAME 0), which takes no numbers: for the user frame teach them in a frame "
             "of their own, or use the position register"
         )
-        yield Finding(Level.NOTE, Code.OFFSETS_WORLD, message)
+        yield Finding.of(Code.OFFSETS_WORLD, message)
     useless = [way.kind for way in ways[1:-1] if way.left.rms > USELESS * ways[0].left.rms]
     if useless:
         message = f"{', '.join(useless)}: leaves no less than nothing does: what errs is not one shift"
-        yield Finding(Level.WARNING, Code.OFFSETS_USELESS, message)
+        yield Finding.of(Code.OFFSETS_USELESS, message)
 
 
 def offsets_of_job(job: Job, progress: Progress) -> Offsets:

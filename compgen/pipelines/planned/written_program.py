@@ -9,7 +9,7 @@ from compgen.core import stages
 from compgen.core.arrays import Array, IntArray, first_true, step_lengths
 from compgen.core.evaluation import done
 from compgen.core.exceptions import InputError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
@@ -113,7 +113,7 @@ def _robot_findings(job: Job, program: Program) -> list[Finding]:
         return []
     now = f"{job.cell.robot_file} now, {job.cell.robot_file_hash[: len(made)]}"
     message = f"{program.name} was written with another robot file ({made} in its remarks) than {now}; give that one"
-    return [Finding(Level.WARNING, Code.WRITTEN_ROBOT_FILE, f"{message} with --robot, or generate it anew")]
+    return [Finding.of(Code.WRITTEN_ROBOT_FILE, f"{message} with --robot, or generate it anew")]
 
 
 def _draws(

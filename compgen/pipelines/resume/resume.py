@@ -247,7 +247,7 @@ def _warmth_findings(planned: Planned) -> list[Finding]:
     """Where the heat model is asked for more than was measured."""
     job = planned.job
     texts = extrapolations(job.cell.heat, (), job.feed, planned.trajectory.time[-1], planned.rise)
-    return [Finding(Level.WARNING, Code.THERMAL_BOX, text) for text in texts]
+    return [Finding.of(Code.THERMAL_BOX, text) for text in texts]
 
 
 def _moved_findings(begun: Begun) -> list[Finding]:

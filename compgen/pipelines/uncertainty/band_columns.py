@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, column_extremes, row_norms
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.units import PERCENT
@@ -84,7 +84,7 @@ def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
             f"sources.{', '.join(guessed)}: no sigma: in the band their values are known no better than before any "
             "measurement; identify the robot, or give sigma"
         )
-        findings.append(Finding(Level.NOTE, Code.SOURCES_SIGMA, message))
+        findings.append(Finding.of(Code.SOURCES_SIGMA, message))
     if not warmth.is_assumed:
         return tuple(findings)
     message = (
@@ -92,7 +92,7 @@ def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
         f"{warmth.sensors:g} K of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, "
         f"{warmth.missing / PERCENT:g} % of missing physics; give what is known"
     )
-    return *findings, Finding(Level.NOTE, Code.THERMAL_UNCERTAINTY, message)
+    return *findings, Finding.of(Code.THERMAL_UNCERTAINTY, message)
 
 
 def _has_values(source: Source) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, frozen, owns, rms, row_norms
 from compgen.core.evaluation import map_blocks
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.error_model.uncertain_sources import Cause, combined
@@ -67,7 +67,7 @@ class FlownDraws:
                 f"band (rms; {100 * AGREEMENT:g} % are allowed; {100 * self.disagreement[worst]:.0f} % in draw "
                 f"{worst + 1}), most in '{self.disagrees_in}': trust the guaranteed bounds, which are flown"
             )
-            findings.append(Finding(Level.WARNING, Code.BAND_LINEAR, message))
+            findings.append(Finding.of(Code.BAND_LINEAR, message))
         return findings
 
 

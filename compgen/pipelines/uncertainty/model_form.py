@@ -11,7 +11,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, rms, row_norms
 from compgen.core.exceptions import CompgenError
-from compgen.core.finding_codes import Code, Level
+from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.job.job import Job
@@ -105,13 +105,13 @@ def cross_flight(
         f"to {form.largest / UM:.1f} um off ({form.rms / UM:.1f} rms), {100 * form.share:.0f} % of what the warmth "
         "does; only a measurement of the warm arm tells which is nearer"
     )
-    return form, [Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)]
+    return form, [Finding.of(Code.THERMAL_MODEL_FORM, message)]
 
 
 def _not_known(failure: CompgenError) -> Finding:
     """Why nobody can say what the other model differs by."""
     message = f"model form is not known, the robot file's other heat model cannot be driven: {failure}"
-    return Finding(Level.NOTE, Code.THERMAL_MODEL_FORM, message)
+    return Finding.of(Code.THERMAL_MODEL_FORM, message)
 
 
 def _places(job: Job, prepared: PreparedProgram, rows: IntArray, rise: Array) -> Array:

@@ -124,7 +124,7 @@ def own_points_path(
         raise InputError(
             f"{where}: surface.kind: the points of {points.source} say themselves how the tool stands; remove [surface]"
         )
-    notes = tuple(Finding(Level.WARNING, Code.PATH_END, f"{table.file}: {text}") for text in points.notes)
+    notes = tuple(Finding.of(Code.PATH_END, f"{table.file}: {text}") for text in points.notes)
     notes += tuple(read_findings(points.read_as))
     lines = through(table) == "lines"
     if not lines:
@@ -170,9 +170,7 @@ def through(table: OwnPoints) -> str:
 def _of_lines(path: SpaceCurve, ways: int) -> Finding:
     some = counted(path.corners, "stop at a corner", "stops at corners")
     stops = f"{some} that no rounding can hold" if path.corners else "no stop at a corner"
-    return Finding(
-        Level.NOTE, Code.PATH_LINES, f"{ways} lines and arcs, corners rounded within path.tolerance_um; {stops}"
-    )
+    return Finding.of(Code.PATH_LINES, f"{ways} lines and arcs, corners rounded within path.tolerance_um; {stops}")
 
 
 def _of_curve(path: SpaceCurve, points: GivenPoints, local: LocalPoints, table: OwnPoints) -> list[Finding]:
@@ -181,21 +179,21 @@ def _of_curve(path: SpaceCurve, points: GivenPoints, local: LocalPoints, table: 
     corners = counted(path.corners, "corner", "corners")
     stops = f"; it stops at {corners} (path.corner_deg)" if path.corners else ""
     message = f"the curve leaves the lines between points by up to {round(bulge.size / MM, 6):.3g} mm{stops}"
-    findings = [Finding(Level.NOTE, Code.PATH_POINTS, message)]
+    findings = [Finding.of(Code.PATH_POINTS, message)]
     if bulge.beyond > allowed:
         message = (
             f"{points.where(bulge.row)}: behind it the curve leaves the line to the next point by "
             f"{bulge.beyond / MM:.3g} mm more than the points' curvature explains, path.bulge_um allows "
             f"{table.bulge_um:g} um; give more points, or path.through = 'lines'"
         )
-        findings.append(Finding(Level.OUTSIDE, Code.PATH_BULGE, message))
+        findings.append(Finding.of(Code.PATH_BULGE, message))
     below = float(local.place[:, 2].min()) - bulge.lowest
     if below > table.tolerance_um * UM:
         message = (
             f"the curve goes {below / MM:.3g} mm below the lowest point of {table.file}; give more points there, or "
             "path.through = 'lines'"
         )
-        findings.append(Finding(Level.WARNING, Code.PATH_BELOW, message))
+        findings.append(Finding.of(Code.PATH_BELOW, message))
     return findings
 
 

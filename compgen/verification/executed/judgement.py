@@ -125,13 +125,13 @@ def _of_identity(
         if like.is_other:
             words = f"{differs}, and the log shows {100 * like.beta:.0f} % of that"
             message = f"the robot ran {like.name}, not this program ({words}); load the program that you meant"
-            yield Finding(Level.OUTSIDE, Code.EXECUTED_OTHER, message)
+            yield Finding.of(Code.EXECUTED_OTHER, message)
         elif like.is_sure:
             message = f"the robot ran this program, not {like.name} ({differs})"
-            yield Finding(Level.NOTE, Code.EXECUTED_THIS, message)
+            yield Finding.of(Code.EXECUTED_THIS, message)
         else:
             message = f"the log does not show whether this program or {like.name} ran: {differs}"
-            yield Finding(Level.WARNING, Code.EXECUTED_UNSURE, message)
+            yield Finding.of(Code.EXECUTED_UNSURE, message)
     largest = deviation.extents["total"].max if deviation.extents else 0.0
     offset = None if any(like.is_other for like in likenesses) else _offset_or_older(course, followed, deviation)
     if offset is not None:
@@ -142,7 +142,7 @@ def _of_identity(
             f"{course.point_name(deviation.extents['total'].where)}. No correction is larger than {CLAMP / MM:g} mm: "
             "another program ran along the same way"
         )
-        yield Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
+        yield Finding.of(Code.EXECUTED_ANOTHER, message)
 
 
 def _straight_deviation(course: ProgramCourse, deviation: PathDeviation) -> float:
@@ -168,7 +168,7 @@ def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: Pa
             source = followed.log.table.source
             raise InputError(f"{source}: its positions lie at {words}; log with the program's own, or give --frames")
         message = f"{100 * offset.explained:.0f} % of the deviation is {words}"
-        return Finding(Level.OUTSIDE, Code.EXECUTED_OFFSET, message)
+        return Finding.of(Code.EXECUTED_OFFSET, message)
     stops, away = _rests(course, followed, deviation)
     if not len(away) or (
         np.median(away) <= STOPPED_OFF + 3 * deviation.noise and away.max() <= LEAST_OFFSET + 3 * deviation.noise
@@ -184,7 +184,7 @@ def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: Pa
         f"where the robot {standing} it was {np.median(away) / UM:.0f} um off the program (up to "
         f"{away.max() / UM:.0f} at {where}). {cause}: give that with --also"
     )
-    return Finding(Level.OUTSIDE, Code.EXECUTED_OLDER, message)
+    return Finding.of(Code.EXECUTED_OLDER, message)
 
 
 def _rests(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation) -> tuple[Array, Array]:
@@ -207,20 +207,20 @@ def _of_extent(course: ProgramCourse, deviation: PathDeviation) -> Iterator[Find
     if missing > 1 - WHOLE:
         begin, end = (f"{course.point_name(s)} ({100 * s / course.length:.1f} %)" for s in (first, last))
         message = f"the log has {100 * (1 - missing):.1f} % of the path, from {begin} to {end}; the rest is not judged"
-        yield Finding(Level.OUTSIDE, Code.EXECUTED_PART, message + course.frames_hint)
+        yield Finding.of(Code.EXECUTED_PART, message + course.frames_hint)
 
 
 def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
     if not clock.stretches:
         message = "no steady motion in the log is long enough: override and time are not known; log a longer run"
-        yield Finding(Level.WARNING, Code.EXECUTED_NO_CLOCK, message)
+        yield Finding.of(Code.EXECUTED_NO_CLOCK, message)
         return
     if clock.rounded and not counted:
         message = (
             "the controller rounds the time of each line up to whole interpolation periods: that explains the logged "
             "speeds, the written speeds do not; set controller.rounds_up_to_period = true in the robot file"
         )
-        yield Finding(Level.WARNING, Code.EXECUTED_PERIODS, message)
+        yield Finding.of(Code.EXECUTED_PERIODS, message)
     first, *later = clock.stretches
     fastest = max(s.rate for s in clock.stretches)
     if fastest > FASTEST:
@@ -228,14 +228,14 @@ def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
             f"the robot drove at {100 * fastest:.0f} % of the written speeds, and no override is above 100 %: another "
             "program ran along the same way, or the log's clock is slow; give the program that ran"
         )
-        yield Finding(Level.OUTSIDE, Code.EXECUTED_ANOTHER, message)
+        yield Finding.of(Code.EXECUTED_ANOTHER, message)
     if later:
         turns = [f"{s.words} from {s.begin:.2f} s" for s in later]
         message = f"the override changed during the run: {first.words} at first, {_named(turns, 'changes')}"
-        yield Finding(Level.OUTSIDE, Code.EXECUTED_OVERRIDE_CHANGED, message)
+        yield Finding.of(Code.EXECUTED_OVERRIDE_CHANGED, message)
     elif first.override != 1:
         message = f"the program ran at {first.words} override; its speeds are for 100 %"
-        yield Finding(Level.WARNING, Code.EXECUTED_OVERRIDE, message)
+        yield Finding.of(Code.EXECUTED_OVERRIDE, message)
 
 
 def _named(items: list[str], what: str) -> str:
@@ -256,7 +256,7 @@ def _of_time(clock: ClockFit) -> Iterator[Finding]:
             else f"away from stops it drove {'slower' if off > 0 else 'faster'} than planned, or the log's clock is off"
         )
         message = f"the run took {clock.took:.2f} s, planned were {clock.expected:.2f} s ({100 * off:+.2f} %); {reason}"
-        yield Finding(Level.WARNING, Code.EXECUTED_TIME, message)
+        yield Finding.of(Code.EXECUTED_TIME, message)
 
 
 def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
@@ -273,14 +273,14 @@ def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
 def _of_bound(course: ProgramCourse, deviation: PathDeviation, bound: float | None) -> Iterator[Finding]:
     if not deviation.extents:
         message = "no row lies on a line or an arc that the program drives for certain: nothing is judged"
-        yield Finding(Level.OUTSIDE, Code.EXECUTED_NOTHING, message)
+        yield Finding.of(Code.EXECUTED_NOTHING, message)
     elif bound is not None and (total := deviation.extents["total"]).max > bound:
         size = beyond_text(total.max / UM, bound / UM, 1)
         message = (
             f"{size} um off the path near {course.point_name(total.where)}, {total.where:.3f} m from its start: more "
             f"than --max-um {bound / UM:g}; 99 % of the rows below {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um"
         )
-        yield Finding(Level.OUTSIDE, Code.EXECUTED_MAX, message)
+        yield Finding.of(Code.EXECUTED_MAX, message)
 
 
 def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding]:
@@ -293,17 +293,17 @@ def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding
             f"{step.max() / MS:.0f} ms at most{f', and {gaps} no position' * bool(followed.log.gaps)}: what happened "
             "there is not seen"
         )
-        yield Finding(Level.NOTE, Code.EXECUTED_GAPS, message)
+        yield Finding.of(Code.EXECUTED_GAPS, message)
     if deviation.away:
         away = counted(deviation.away, "row", "rows")
         message = f"{away} between the first and the last, over 20 mm off the path, not judged"
-        yield Finding(Level.WARNING, Code.EXECUTED_AWAY, message)
+        yield Finding.of(Code.EXECUTED_AWAY, message)
     unjudged = 1 - float(np.mean(deviation.judged))
     if unjudged > 0.01:
         message = f"{100 * unjudged:.0f} % of the rows are not judged: there the joints move, or the way is not certain"
-        yield Finding(Level.NOTE, Code.EXECUTED_UNJUDGED, message)
+        yield Finding.of(Code.EXECUTED_UNJUDGED, message)
     message = (
         "the log has positions as the controller believes them. Heat, wrong lengths of the arm, compliance (how far it "
         "gives under load) and play are not in them: only measuring tells where the tool was"
     )
-    yield Finding(Level.NOTE, Code.EXECUTED_NOT_THE_TOOL, message)
+    yield Finding.of(Code.EXECUTED_NOT_THE_TOOL, message)
