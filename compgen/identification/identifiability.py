@@ -153,11 +153,11 @@ def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> Iterator[F
     if (data.kind == PLACE).all():
         return
     if (data.instrument == WORLD).all():
-        message = (
+        yield Finding.of(
+            Code.UNOBSERVABLE,
             "no row sees the base: where it stands (base_frame), the zero of J1 and d1 stay nominal, and World is the "
-            "robot file's; teach the part's frame with the arm (cgen teach-frame)"
+            "robot file's; teach the part's frame with the arm (cgen teach-frame)",
         )
-        yield Finding.of(Code.UNOBSERVABLE, message)
     directions = unseen_directions(model, data, fitted)
     if directions:
         more = f", and {len(directions) - NAMED} more" if len(directions) > NAMED else ""

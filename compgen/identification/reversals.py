@@ -172,11 +172,11 @@ def lost_motion_findings(
     held = np.flatnonzero(~measured)
     if len(held):
         amounts = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in held)
-        message = (
+        yield Finding.of(
+            Code.REVERSALS_HELD,
             "no reversal in small steps (reversals.csv of plan-poses), or too little play on it, tells how far these "
-            f"joints turn until their play is through; held [mdeg]: {amounts}"
+            f"joints turn until their play is through; held [mdeg]: {amounts}",
         )
-        yield Finding.of(Code.REVERSALS_HELD, message)
 
 
 def _runs(data: Measurements) -> Iterator[tuple[int, IntArray]]:

@@ -181,16 +181,17 @@ def _unmoved_joints(data: Measurements, moved: BoolArray) -> Iterator[Finding]:
     """Joints that never move, or little."""
     span = np.ptp(data.theta, axis=0)
     for k in np.flatnonzero(~moved).tolist():
-        message = (
-            f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; measure poses that move J{k + 1}"
+        yield Finding.of(
+            Code.STILL,
+            f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; measure poses that "
+            f"move J{k + 1}",
         )
-        yield Finding.of(Code.STILL, message)
     for k in np.flatnonzero(moved & (span < NARROW)).tolist():
-        message = (
+        yield Finding.of(
+            Code.NARROW,
             f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are known there and nowhere else; the "
-            "robot file says so (sources.box)"
+            "robot file says so (sources.box)",
         )
-        yield Finding.of(Code.NARROW, message)
 
 
 def _held_by_prior(model: ArmModel, weak: Sequence[int]) -> list[Finding]:

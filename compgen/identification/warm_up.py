@@ -220,23 +220,23 @@ def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> 
         for b in highest:
             opposite = expected[a] >= SWAPPED * expected[b] and highest[b] >= SWAPPED * highest[a]
             if opposite and highest[b] > USED:
-                message = (
+                yield Finding.of(
+                    Code.LOG_SWAPPED,
                     f"{log.table.source}: are {log.column[a]} and {log.column[b]} swapped? they rise by "
                     f"{highest[a]:.1f} and {highest[b]:.1f} K, where the robot file expects {expected[a]:g} to "
-                    f"{expected[b]:g}"
+                    f"{expected[b]:g}",
                 )
-                yield Finding.of(Code.LOG_SWAPPED, message)
     if log.ambient is None or (air := float(np.ptp(log.ambient))) <= AIR:
         return
     hottest = max(expected.values()) / SWAPPED
     suspects = [a for a in highest if expected[a] >= hottest and air >= SWAPPED * highest[a]]
     if len(suspects) == 1:  # more than one never is: the hall warms, and the arm stands
         (a,) = suspects
-        message = (
+        yield Finding.of(
+            Code.LOG_SWAPPED,
             f"{log.table.source}: are {log.column[a]} and ambient_degC swapped? they change by {highest[a]:.1f} "
-            f"and {air:.1f} K"
+            f"and {air:.1f} K",
         )
-        yield Finding.of(Code.LOG_SWAPPED, message)
 
 
 def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:
@@ -249,8 +249,8 @@ def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:
         beyond = np.maximum(at[0] - time, time - at[-1])
         lost = int(((between > 30 * MINUTE) & (beyond <= 0) | (beyond > 30 * MINUTE)).sum())
         if lost:
-            message = (
+            yield Finding.of(
+                Code.LOG_GAP,
                 f"{log.table.source}: {log.column[name]} has no reading for 30 min or more around {lost} poses; its "
-                "rise is modelled there"
+                "rise is modelled there",
             )
-            yield Finding.of(Code.LOG_GAP, message)

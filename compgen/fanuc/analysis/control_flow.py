@@ -92,7 +92,7 @@ def read_flow(program: LsProgram) -> Flow:
         move_unit=owner[~m.disabled],
         stop=stop,
         locked=(depth + _depth(ties, S)) > 0,
-        unconditional=_outside(branches, S),
+        unconditional=np.asarray(_depth([(a, min(b + 1, S)) for a, b in branches], S) == 0),
         text=text,
         mention_unit=mention_unit,
         mention=mention,
@@ -217,8 +217,3 @@ def _depth(intervals: list[tuple[int, int]], count: int) -> IntArray:
         steps[a] += 1
         steps[b] -= 1
     return np.asarray(np.cumsum(steps)[:-1])
-
-
-def _outside(intervals: list[tuple[int, int]], count: int) -> BoolArray:
-    """Units that lie in no interval, its ends included."""
-    return np.asarray(_depth([(a, min(b + 1, count)) for a, b in intervals], count) == 0)

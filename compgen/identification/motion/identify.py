@@ -297,35 +297,35 @@ def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterato
         message = f"{identified.blocks} blocks of rows are too few to keep some for the check; log a longer run"
         yield Finding.of(Code.MOTION_SHORT, message)
     if not kind.count and identified.sigma[1] > BLIND:
-        message = (
+        yield Finding.of(
+            Code.MOTION_BLIND,
             f"the path curves too little at its speed to show smoothing: {known}; log a program with corners at CNT100 "
-            "or curvature that changes, at full speed"
+            "or curvature that changes, at full speed",
         )
-        yield Finding.of(Code.MOTION_BLIND, message)
     elif not kind.count:
-        message = (
+        yield Finding.of(
+            Code.MOTION_NONE,
             "no smoothing seen: the log shows the programmed path itself; either the controller smooths nothing, or "
-            f"the log has commanded positions from before the smoothing; {known}"
+            f"the log has commanded positions from before the smoothing; {known}",
         )
-        yield Finding.of(Code.MOTION_NONE, message)
     elif identified.misses_bends:
-        message = (
+        yield Finding.of(
+            Code.MOTION_HELD_OUT,
             f"{kind.words} explains how the robot starts and stops, but not its speed in bends "
-            f"({100 * identified.slowed:.0f} % of the rows, all bends among them, are left out): {NONE_TRIED}"
+            f"({100 * identified.slowed:.0f} % of the rows, all bends among them, are left out): {NONE_TRIED}",
         )
-        yield Finding.of(Code.MOTION_HELD_OUT, message)
     elif _whole(identified, 1) > max(BETTER * _whole(identified, 0), identified.seen):
-        message = (
+        yield Finding.of(
+            Code.MOTION_HELD_OUT,
             f"on stretches held out of the fit {kind.words} leaves {identified.held_out / UM:.2f} um rms, the program "
-            f"without smoothing {identified.plain / UM:.2f}: {NONE_TRIED}"
+            f"without smoothing {identified.plain / UM:.2f}: {NONE_TRIED}",
         )
-        yield Finding.of(Code.MOTION_HELD_OUT, message)
     elif apart > APART:
-        message = (
+        yield Finding.of(
+            Code.MOTION_PARTS,
             f"two halves of the log disagree: the smoothing of one leaves {100 * apart:.0f} % of the other's error; "
-            "log one run of one program again"
+            "log one run of one program again",
         )
-        yield Finding.of(Code.MOTION_PARTS, message)
 
 
 def _whole(identified: IdentifiedMotion, which: int) -> float:
@@ -338,22 +338,20 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
     kind, more = identified.chosen.kind, "log a program with corners at CNT100 or curvature that changes, at full speed"
     others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
     if max(identified.plain, identified.unexplained) <= identified.seen:
-        message = f"only starts and stops show smoothing, no bend: it is {NO_MORE}; {more}"
-        yield Finding.of(Code.MOTION_UNSURE, message)
+        yield Finding.of(Code.MOTION_UNSURE, f"only starts and stops show smoothing, no bend: it is {NO_MORE}; {more}")
     elif identified.held_out > identified.limit:
-        message = (
+        yield Finding.of(
+            Code.MOTION_MISFIT,
             f"on stretches held out of the fit {kind.words} leaves {identified.held_out / UM:.2f} um rms of "
-            f"{identified.plain / UM:.2f}, more than {identified.limit / UM:.2f}: it is {NO_MORE}"
+            f"{identified.plain / UM:.2f}, more than {identified.limit / UM:.2f}: it is {NO_MORE}",
         )
-        yield Finding.of(Code.MOTION_MISFIT, message)
     if kind.reach_at is not None:
-        message = f"the times differ from line to line: it is {NO_MORE}"
-        yield Finding.of(Code.MOTION_UNSURE, message)
+        yield Finding.of(Code.MOTION_UNSURE, f"the times differ from line to line: it is {NO_MORE}")
     if others:
-        message = (
-            f"the log does not show whether it is {kind.words} or {others[0].words}; known is that {known}; {more}"
+        yield Finding.of(
+            Code.MOTION_ALIKE,
+            f"the log does not show whether it is {kind.words} or {others[0].words}; known is that {known}; {more}",
         )
-        yield Finding.of(Code.MOTION_ALIKE, message)
     times = zip(times_of(kind, identified.chosen.numbers), identified.intervals.tolist(), strict=True)
     for time, (low, high) in times:
         if (high - low) / 2 > max(KNOWN * time, period):

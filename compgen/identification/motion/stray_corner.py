@@ -82,12 +82,12 @@ def stray_corner(run: ExecutedRun, robot: Robot) -> tuple[Finding | None, Fitted
     stray = _off_a_line(rows, left, kinds, noise) or _off_a_bend(rows, left, kinds, noise, fitted.motion)
     if stray is None:
         return None, fitted
-    message = (
+    return Finding.of(
+        Code.EXECUTED_ANOTHER,
         f"near {run.course.point_name(float(arc[stray.row]))} the robot passed {stray.size / UM:.0f} um from where "
         "this program leads it, smoothed as in the rest of the log: a position there is another, or another program "
-        "ran along the same way; give the program that ran"
-    )
-    return Finding.of(Code.EXECUTED_ANOTHER, message), fitted
+        "ran along the same way; give the program that ran",
+    ), fitted
 
 
 def _left(fitted: FittedWindows, robot: Robot, tool: Pose) -> Array:

@@ -84,27 +84,26 @@ def _touch_findings(anchored: Anchored) -> Iterator[Finding]:
         message = f"{label}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
         yield Finding.of(Code.ANCHOR_TOUCH, message)
     if hypothesis.noise > 1:
-        message = f"touches scatter {hypothesis.noise:g} times as much as their sigma says"
-        yield Finding.of(Code.ANCHOR_NOISE, message)
+        yield Finding.of(Code.ANCHOR_NOISE, f"touches scatter {hypothesis.noise:g} times as much as their sigma says")
     for n in np.flatnonzero(anchored.left.E_n > E_N).tolist():
         touch = int(anchored.left.touch[n])
-        message = (
+        yield Finding.of(
+            Code.ANCHOR_LEFT_OUT,
             f"{touches.label[touch]}: '{anchored.artefact.targets[touches.target[touch]]}' is "
             f"{anchored.left.error[n] / UM:.0f} um from where the other touches put it, "
-            f"{anchored.left.E_n[n]:.1f} times the limit of 95 %"
+            f"{anchored.left.E_n[n]:.1f} times the limit of 95 %",
         )
-        yield Finding.of(Code.ANCHOR_LEFT_OUT, message)
     if not np.isfinite(touches.sigma).any():
         message = f"the touches give no sigma_um: each coordinate counts with {np.median(seen.sigma) / UM:.0f} um"
         yield Finding.of(Code.ANCHOR_SIGMA, message)
     still = np.flatnonzero(np.ptp(touches.theta, axis=0) < THROUGH)
     if seen.taught is not None and len(still) and reversal_widths(anchored.job.sources) is not None:
         named = ", ".join(f"J{k + 1}" for k in still.tolist())
-        message = (
+        yield Finding.of(
+            Code.ANCHOR_PLAY,
             f"{named} did not turn between the touches: if its play was another when the places were taught, the state "
-            "is wrong by it; turn it by 2 deg before the first touch, both times"
+            "is wrong by it; turn it by 2 deg before the first touch, both times",
         )
-        yield Finding.of(Code.ANCHOR_PLAY, message)
 
 
 def _next(anchored: Anchored) -> str:

@@ -159,11 +159,11 @@ def _gain_findings(coordinates: int, rms: Array, count: int) -> Iterator[Finding
     gain = 1 - rms[1:] / np.maximum(rms[:-1], 1e-15)
     useful = int(np.argmax(gain < USEFUL)) if (gain < USEFUL).any() else count
     if useful < count:
-        message = (
+        yield Finding.of(
+            Code.TOUCHES_MORE_THAN_USEFUL,
             f"from touch {useful + 1} on each gains less than {USEFUL:.0%}: -n {max(useful, 1)} leaves "
-            f"{rms[max(useful, 1)] / UM:.1f} um where {count} leave {rms[-1] / UM:.1f}"
+            f"{rms[max(useful, 1)] / UM:.1f} um where {count} leave {rms[-1] / UM:.1f}",
         )
-        yield Finding.of(Code.TOUCHES_MORE_THAN_USEFUL, message)
 
 
 def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> Iterator[Finding]:
@@ -178,11 +178,11 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> Iterato
         gap = stem_gap(job.robot, targets, probe, way)
         s = int(np.argmin(gap))
         if gap[s] < NEAR:
-            message = (
+            yield Finding.of(
+                Code.TOUCHES_WAY,
                 f"between touches {n + 1} and {after + 1} the probe passes {max(gap[s], 0.0) / MM:.0f} mm from "
-                f"{targets.name[s]}: teach a position between"
+                f"{targets.name[s]}: teach a position between",
             )
-            yield Finding.of(Code.TOUCHES_WAY, message)
 
 
 def beginning(ways: Ways) -> int:

@@ -228,19 +228,19 @@ def _served_findings(result: Correction) -> Iterator[Finding]:
     mean, (start, worst) = result.served.at_mean.largest, result.served.worst
     yield spread_finding(result.served.ensemble, mean, f"{worst.largest / UM:.2f}", start)
     if mean > 0 and worst.largest / mean >= WIDE:
-        message = (
+        yield Finding.of(
+            Code.AVERAGE_WIDE,
             f"a file for each start alone would be about {worst.largest / mean:.1f} times better: --before with the "
-            "standing makes one"
+            "standing makes one",
         )
-        yield Finding.of(Code.AVERAGE_WIDE, message)
     both = zip(result.served.flown, result.served.planned, strict=True)
     (start, left), planned = max(both, key=lambda one: one[0][1].largest - one[1].largest)
     if left.largest > planned.largest + ROUNDING:
-        message = (
+        yield Finding.of(
+            Code.AVERAGE_WIDE,
             f"{start_words(start)}: up to {left.largest / UM:.1f} um are left, and the planned program is "
-            f"{planned.largest / UM:.1f} um off: it would become worse there; serve fewer starts"
+            f"{planned.largest / UM:.1f} um off: it would become worse there; serve fewer starts",
         )
-        yield Finding.of(Code.AVERAGE_WIDE, message)
 
 
 def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:

@@ -141,8 +141,7 @@ def judge_and_fit(
         if like is not None:
             likenesses.append(like)
             continue
-        message = f"{name} is another path; the robot did not follow it"
-        findings.append(Finding.of(Code.EXECUTED_UNLIKE, message))
+        findings.append(Finding.of(Code.EXECUTED_UNLIKE, f"{name} is another path; the robot did not follow it"))
     findings += [*findings_of_run(course, followed, deviation, clock, likenesses, bound), *text.findings]
     run = ExecutedRun(
         course=course,

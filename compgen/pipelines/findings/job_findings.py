@@ -150,17 +150,17 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
         message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
         yield Finding.of(Code.TIMING_BELOW_FEED, message)
     if abs(feed - job.feed) > SAME_FEED * job.feed:
-        message = (
-            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
+        yield Finding.of(
+            Code.TIMING_FEED,
+            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say",
         )
-        yield Finding.of(Code.TIMING_FEED, message)
     error, late = feed_errors(trajectory.speed, program.speed, program.lengths())
     if error > FEED_ERROR:
-        message = (
+        yield Finding.of(
+            Code.TIMING_FEED_ERROR,
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
-            f"stretch by {late / MS:.0f} ms at most"
+            f"stretch by {late / MS:.0f} ms at most",
         )
-        yield Finding.of(Code.TIMING_FEED_ERROR, message)
 
 
 def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding]:

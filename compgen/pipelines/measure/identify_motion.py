@@ -79,8 +79,7 @@ def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Findi
     if any((window.kept < LEAST_CNT).any() for window in windows):
         unlike.append(f"it has corners below CNT{LEAST_CNT / PERCENT:.0f}, and how long these wait no log has shown")
     for what in unlike:
-        message = f"{what}: it is {NO_MORE}; log a run at 100 % with corners at CNT100"
-        yield Finding.of(Code.MOTION_UNSURE, message)
+        yield Finding.of(Code.MOTION_UNSURE, f"{what}: it is {NO_MORE}; log a run at 100 % with corners at CNT100")
 
 
 def _another_time(shown: Sequence[Array], passed: Sequence[Array]) -> Iterator[Finding]:
@@ -92,11 +91,11 @@ def _another_time(shown: Sequence[Array], passed: Sequence[Array]) -> Iterator[F
     """
     lasts, takes = (sum(float(np.ptp(times)) for times in of) for of in (shown, passed))
     if not 1 / LASTING < lasts / takes < LASTING:
-        message = (
+        yield Finding.of(
+            Code.MOTION_PARTS,
             f"the run lasted {lasts:.1f} s, with this smoothing it takes {takes:.1f}: how long its corners wait, or "
-            "its override, is not known; log a run at 100 % override with corners at CNT100"
+            "its override, is not known; log a run at 100 % override with corners at CNT100",
         )
-        yield Finding.of(Code.MOTION_PARTS, message)
 
 
 def _left_of_bends(identified: IdentifiedMotion) -> dict[str, float]:

@@ -188,11 +188,11 @@ def _findings(
         off = f"{abs(fitted.residual[n]) / UM:.0f} um from where the other touches have it"
         yield Finding.of(Code.OUTLIER, f"{touches.label[n]}: set aside: {off}")
     if nominal and hottest > WARM:
-        message = (
+        yield Finding.of(
+            Code.FRAME_HOT,
             f"taught as the pendant does, by an arm {hottest:.1f} K warm: the heat is in the frame and would be "
-            "corrected twice; leave --nominal out"
+            "corrected twice; leave --nominal out",
         )
-        yield Finding.of(Code.FRAME_HOT, message)
     if log is None:
         message = "taken as taught by a cold arm; if it was warm, give its log with --temperatures"
         yield Finding.of(Code.FRAME_COLD, message)
@@ -205,24 +205,24 @@ def _findings(
     limits = fit_limits_of(arm.identified)
     explained = float(np.linalg.norm([np.median(sigma_of(touches)), limits.noise, limits.repeatability or 0.0]))
     if fitted.noise > BEYOND * explained:
-        message = (
+        yield Finding.of(
+            Code.FRAME_LEFT,
             f"the touches do not fit each other by {fitted.noise / UM:.0f} um (rms of a coordinate), where they and "
             f"the arm explain {explained / UM:.0f}: check the probe's diameter, the spheres' places and the joints; "
-            "the frame may be off by more than it says"
+            "the frame may be off by more than it says",
         )
-        yield Finding.of(Code.FRAME_LEFT, message)
 
 
 def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> Iterator[Finding]:
     """Certified lengths that the arm has otherwise."""
     for n, longer in measured_lengths(artefact, touches, fitted, flange):
         a, b = (artefact.names[s] for s in artefact.between[n].tolist())
-        message = (
+        yield Finding.of(
+            Code.FRAME_LENGTH,
             f"the arm has '{a}' and '{b}' {abs(longer) / UM:.0f} um {'farther apart' if longer > 0 else 'nearer'} than "
             f"their certified {artefact.length[n] / MM:.3f} mm: is the artefact's temperature right? cgen identify "
-            "--touches fits the arm's lengths to it"
+            "--touches fits the arm's lengths to it",
         )
-        yield Finding.of(Code.FRAME_LENGTH, message)
 
 
 def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:

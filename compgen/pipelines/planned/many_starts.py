@@ -244,27 +244,27 @@ def averaging_findings(averaged: Averaged) -> Iterator[Finding]:
     yield spread_finding(averaged.ensemble, averaged.at_mean.max, over, worst.start)
     remade = averaged.remade
     if remade and worst.total.max / remade >= WIDE and averaged.added.max() > averaged.tolerance:
-        message = (
+        yield Finding.of(
+            Code.AVERAGE_WIDE,
             f"a file re-made for each start would be {worst.total.max / remade:.1f} times better: {remade / UM:.2f} um "
             f"instead of {worst.total.max / UM:.2f}; {averaged.files} files keep each start within "
-            f"{averaged.tolerance / UM:g} um of its own (compensation.start_drift_um)"
+            f"{averaged.tolerance / UM:g} um of its own (compensation.start_drift_um)",
         )
-        yield Finding.of(Code.AVERAGE_WIDE, message)
     if averaged.disagreement > max(APART * averaged.spread, SAME):
-        message = (
+        yield Finding.of(
+            Code.AVERAGE_MODEL,
             f"over the starts the twin differs from the error model by {averaged.disagreement / UM:.2f} um rms, the "
-            f"starts from their mean by {averaged.spread / UM:.2f}: trust what was flown, not what lies between"
+            f"starts from their mean by {averaged.spread / UM:.2f}: trust what was flown, not what lies between",
         )
-        yield Finding.of(Code.AVERAGE_MODEL, message)
 
 
 def spread_finding(ensemble: Ensemble, at_mean: float, over: str, worst: Start) -> Finding:
     """What one file leaves over its starts: at most with the mean of the rises [m], and in words ``over`` them [um]."""
-    message = (
+    return Finding.of(
+        Code.AVERAGE_SPREAD,
         f"one file for {ensemble_words(ensemble)}: at most {at_mean / UM:.2f} um with the mean of the rises, {over} "
-        f"at most over the starts ({start_words(worst)})"
+        f"at most over the starts ({start_words(worst)})",
     )
-    return Finding.of(Code.AVERAGE_SPREAD, message)
 
 
 def ensemble_words(ensemble: Ensemble) -> str:

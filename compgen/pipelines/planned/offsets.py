@@ -129,11 +129,11 @@ def search_offsets(
 def _offset_findings(uframe: int, ways: tuple[Offset, ...]) -> Iterator[Finding]:
     """What an operator must know before typing in."""
     if uframe == 0:
-        message = (
+        yield Finding.of(
+            Code.OFFSETS_WORLD,
             "the positions are in World (UFRAME 0), which takes no numbers: for the user frame teach them in a frame "
-            "of their own, or use the position register"
+            "of their own, or use the position register",
         )
-        yield Finding.of(Code.OFFSETS_WORLD, message)
     useless = [way.kind for way in ways[1:-1] if way.left.rms > USELESS * ways[0].left.rms]
     if useless:
         message = f"{', '.join(useless)}: leaves no less than nothing does: what errs is not one shift"

@@ -87,12 +87,12 @@ def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
         findings.append(Finding.of(Code.SOURCES_SIGMA, message))
     if not warmth.is_assumed:
         return tuple(findings)
-    message = (
+    return *findings, Finding.of(
+        Code.THERMAL_UNCERTAINTY,
         f"the robot file says nothing in [thermal.uncertainty]; the band assumes {warmth.law:g} K of law, "
         f"{warmth.sensors:g} K of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, "
-        f"{warmth.missing / PERCENT:g} % of missing physics; give what is known"
+        f"{warmth.missing / PERCENT:g} % of missing physics; give what is known",
     )
-    return *findings, Finding.of(Code.THERMAL_UNCERTAINTY, message)
 
 
 def _has_values(source: Source) -> bool:

@@ -122,7 +122,17 @@ def network_of(
     model = NetworkModel(
         names=tuple(names),
         robot=robot,
-        drives=_drives(table, robot),
+        drives=Drives(
+            rated_power=np.array(table.rated_W),
+            rated_speed=robot.speed,
+            holding=table.loss.holding,
+            coulomb=table.loss.coulomb,
+            viscous=table.loss.viscous,
+            link_mass=np.array(table.link_kg),
+            link_centre=np.array(table.link_centre_mm) * MM,
+            payload_mass=table.payload_kg,
+            payload_centre=np.array(table.payload_centre_mm) * MM,
+        ),
         bodies=bodies,
         housings=housings,
         floor=table.floor_W_K,
@@ -178,20 +188,6 @@ def _housings(table: sc.NetworkTable) -> tuple[Housing, ...]:
             drives=tuple(d - 1 for d in h.drives),
         )
         for h in table.housing
-    )
-
-
-def _drives(table: sc.NetworkTable, robot: Robot) -> Drives:
-    return Drives(
-        rated_power=np.array(table.rated_W),
-        rated_speed=robot.speed,
-        holding=table.loss.holding,
-        coulomb=table.loss.coulomb,
-        viscous=table.loss.viscous,
-        link_mass=np.array(table.link_kg),
-        link_centre=np.array(table.link_centre_mm) * MM,
-        payload_mass=table.payload_kg,
-        payload_centre=np.array(table.payload_centre_mm) * MM,
     )
 
 

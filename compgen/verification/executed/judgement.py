@@ -127,8 +127,7 @@ def _of_identity(
             message = f"the robot ran {like.name}, not this program ({words}); load the program that you meant"
             yield Finding.of(Code.EXECUTED_OTHER, message)
         elif like.is_sure:
-            message = f"the robot ran this program, not {like.name} ({differs})"
-            yield Finding.of(Code.EXECUTED_THIS, message)
+            yield Finding.of(Code.EXECUTED_THIS, f"the robot ran this program, not {like.name} ({differs})")
         else:
             message = f"the log does not show whether this program or {like.name} ran: {differs}"
             yield Finding.of(Code.EXECUTED_UNSURE, message)
@@ -137,12 +136,12 @@ def _of_identity(
     if offset is not None:
         yield offset
     elif largest > CLAMP and _straight_deviation(course, deviation) > CLAMP / 3:
-        message = (
+        yield Finding.of(
+            Code.EXECUTED_ANOTHER,
             f"the robot left the path by up to {largest / MM:.2f} mm, near "
             f"{course.point_name(deviation.extents['total'].where)}. No correction is larger than {CLAMP / MM:g} mm: "
-            "another program ran along the same way"
+            "another program ran along the same way",
         )
-        yield Finding.of(Code.EXECUTED_ANOTHER, message)
 
 
 def _straight_deviation(course: ProgramCourse, deviation: PathDeviation) -> float:
@@ -167,8 +166,7 @@ def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: Pa
         if size > REFUSED_OFFSET:
             source = followed.log.table.source
             raise InputError(f"{source}: its positions lie at {words}; log with the program's own, or give --frames")
-        message = f"{100 * offset.explained:.0f} % of the deviation is {words}"
-        return Finding.of(Code.EXECUTED_OFFSET, message)
+        return Finding.of(Code.EXECUTED_OFFSET, f"{100 * offset.explained:.0f} % of the deviation is {words}")
     stops, away = _rests(course, followed, deviation)
     if not len(away) or (
         np.median(away) <= STOPPED_OFF + 3 * deviation.noise and away.max() <= LEAST_OFFSET + 3 * deviation.noise
@@ -180,11 +178,11 @@ def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: Pa
         stops, away, standing = stops[~ends], away[~ends], "should have stood"
         cause = "Where it began and ended it was right: the log lags (log without a filter), or an older correction ran"
     where = course.point_name(float(stops[int(np.argmax(away))]))
-    message = (
+    return Finding.of(
+        Code.EXECUTED_OLDER,
         f"where the robot {standing} it was {np.median(away) / UM:.0f} um off the program (up to "
-        f"{away.max() / UM:.0f} at {where}). {cause}: give that with --also"
+        f"{away.max() / UM:.0f} at {where}). {cause}: give that with --also",
     )
-    return Finding.of(Code.EXECUTED_OLDER, message)
 
 
 def _rests(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation) -> tuple[Array, Array]:
@@ -216,26 +214,25 @@ def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
         yield Finding.of(Code.EXECUTED_NO_CLOCK, message)
         return
     if clock.rounded and not counted:
-        message = (
+        yield Finding.of(
+            Code.EXECUTED_PERIODS,
             "the controller rounds the time of each line up to whole interpolation periods: that explains the logged "
-            "speeds, the written speeds do not; set controller.rounds_up_to_period = true in the robot file"
+            "speeds, the written speeds do not; set controller.rounds_up_to_period = true in the robot file",
         )
-        yield Finding.of(Code.EXECUTED_PERIODS, message)
     first, *later = clock.stretches
     fastest = max(s.rate for s in clock.stretches)
     if fastest > FASTEST:
-        message = (
+        yield Finding.of(
+            Code.EXECUTED_ANOTHER,
             f"the robot drove at {100 * fastest:.0f} % of the written speeds, and no override is above 100 %: another "
-            "program ran along the same way, or the log's clock is slow; give the program that ran"
+            "program ran along the same way, or the log's clock is slow; give the program that ran",
         )
-        yield Finding.of(Code.EXECUTED_ANOTHER, message)
     if later:
         turns = [f"{s.words} from {s.begin:.2f} s" for s in later]
         message = f"the override changed during the run: {first.words} at first, {_named(turns, 'changes')}"
         yield Finding.of(Code.EXECUTED_OVERRIDE_CHANGED, message)
     elif first.override != 1:
-        message = f"the program ran at {first.words} override; its speeds are for 100 %"
-        yield Finding.of(Code.EXECUTED_OVERRIDE, message)
+        yield Finding.of(Code.EXECUTED_OVERRIDE, f"the program ran at {first.words} override; its speeds are for 100 %")
 
 
 def _named(items: list[str], what: str) -> str:
@@ -276,11 +273,11 @@ def _of_bound(course: ProgramCourse, deviation: PathDeviation, bound: float | No
         yield Finding.of(Code.EXECUTED_NOTHING, message)
     elif bound is not None and (total := deviation.extents["total"]).max > bound:
         size = beyond_text(total.max / UM, bound / UM, 1)
-        message = (
+        yield Finding.of(
+            Code.EXECUTED_MAX,
             f"{size} um off the path near {course.point_name(total.where)}, {total.where:.3f} m from its start: more "
-            f"than --max-um {bound / UM:g}; 99 % of the rows below {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um"
+            f"than --max-um {bound / UM:g}; 99 % of the rows below {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um",
         )
-        yield Finding.of(Code.EXECUTED_MAX, message)
 
 
 def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding]:
@@ -288,12 +285,12 @@ def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding
     missing = step > 2.5 * followed.log.period
     gaps = counted(followed.log.gaps, "row has", "rows have")
     if missing.any() or followed.log.gaps:
-        message = (
+        yield Finding.of(
+            Code.EXECUTED_GAPS,
             f"rows are missing at {counted(int(missing.sum()), 'place', 'places')} of the log, for "
             f"{step.max() / MS:.0f} ms at most{f', and {gaps} no position' * bool(followed.log.gaps)}: what happened "
-            "there is not seen"
+            "there is not seen",
         )
-        yield Finding.of(Code.EXECUTED_GAPS, message)
     if deviation.away:
         away = counted(deviation.away, "row", "rows")
         message = f"{away} between the first and the last, over 20 mm off the path, not judged"
@@ -302,8 +299,8 @@ def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding
     if unjudged > 0.01:
         message = f"{100 * unjudged:.0f} % of the rows are not judged: there the joints move, or the way is not certain"
         yield Finding.of(Code.EXECUTED_UNJUDGED, message)
-    message = (
+    yield Finding.of(
+        Code.EXECUTED_NOT_THE_TOOL,
         "the log has positions as the controller believes them. Heat, wrong lengths of the arm, compliance (how far it "
-        "gives under load) and play are not in them: only measuring tells where the tool was"
+        "gives under load) and play are not in them: only measuring tells where the tool was",
     )
-    yield Finding.of(Code.EXECUTED_NOT_THE_TOOL, message)
