@@ -1,6 +1,6 @@
 """Findings where a program leaves the range in which the error sources were measured."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,17 +22,17 @@ PLAYED = 2.2  # widths of motion after which the play operator is through: two, 
 LEAST_DEPTH = 3.0  # widths of motion, also where play moves the TCP by next to nothing and turns the tool alone
 
 
-def map_findings(sources: Sequence[Source], position: Array, number: IntArray | None = None) -> list[Finding]:
+def map_findings(sources: Sequence[Source], position: Array, number: IntArray | None = None) -> Iterator[Finding]:
     """Where TCPs (N, 3) [m] leave the box that the measured lines span; ``number`` (N,) says which they are, from 0."""
     lines = [s for s in sources if isinstance(s, AxisMap)]
     if not lines:
-        return []
+        return
     corners = np.vstack([np.where(np.arange(3) == s.axis, end, s.place) for s in lines for end in s.station[[0, -1]]])
     low, high = corners.min(axis=0), corners.max(axis=0)
     least, most = column_extremes(position)
     worst = np.maximum(low - least, most - high)
     if worst.max() <= TOLERANCE:
-        return []
+        return
     outside = (np.maximum(low - position, position - high) > TOLERANCE).any(axis=1)
     ranges = ", ".join(
         f"{'xyz'[i]} by up to {worst[i] / MM:.1f} mm ({low[i] / MM:g} to {high[i] / MM:g} measured)"
@@ -41,28 +41,27 @@ def map_findings(sources: Sequence[Source], position: Array, number: IntArray | 
     )
     first = int(np.argmax(outside))
     first = 1 + (first if number is None else int(number[first]))
-    message = (
+    yield Finding.of(
+        Code.SOURCES_MAP,
         f"{int(outside.sum())} of {len(position)} positions, first {first}, leave the measured map's hull in {ranges}; "
-        "the map's value at its edge is taken there: measure lines that reach further, or move the path"
+        "the map's value at its edge is taken there: measure lines that reach further, or move the path",
     )
-    return [Finding.of(Code.SOURCES_MAP, message)]
 
 
-def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> list[Finding]:
+def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> Iterator[Finding]:
     """Where joints (N, 6) [rad] leave the box that the parameters were identified in."""
     if joint_box is None:
-        return []
+        return
     least, most = column_extremes(robot.to_pendant(theta))
     over = np.maximum(joint_box[:, 0] - least, most - joint_box[:, 1])
-    if over.max() <= TOLERANCE:
-        return []
-    ranges = ", ".join(
-        f"J{i + 1} by up to {over[i] / DEG:.1f} deg ({low / DEG:g} to {high / DEG:g})"
-        for i, (low, high) in enumerate(joint_box)
-        if over[i] > TOLERANCE
-    )
-    message = f"the program leaves the joints that the errors were identified in: {ranges}; measure poses there"
-    return [Finding.of(Code.SOURCES_BOX, message)]
+    if not over.max() <= TOLERANCE:
+        ranges = ", ".join(
+            f"J{i + 1} by up to {over[i] / DEG:.1f} deg ({low / DEG:g} to {high / DEG:g})"
+            for i, (low, high) in enumerate(joint_box)
+            if over[i] > TOLERANCE
+        )
+        message = f"the program leaves the joints that the errors were identified in: {ranges}; measure poses there"
+        yield Finding.of(Code.SOURCES_BOX, message)
 
 
 def joint_halves(model: ErrorModel, theta: Array) -> Array:
@@ -112,7 +111,7 @@ class DrivenPoses:
 
 def unknown_start_findings(
     robot: Robot, sources: Sequence[Source], model: ErrorModel, driven: DrivenPoses
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """How much hysteresis is unknown where the part begins, since the motion before the first waypoint is unknown.
 
     Args:
@@ -123,7 +122,7 @@ def unknown_start_findings(
     """
     widths = reversal_widths(sources)
     if widths is None:
-        return []
+        return
     n = int(np.argmax(driven.contact))
     share = unknown_share(widths, driven.theta, driven.position).at(np.array([n]))
     assumed = driven.directions.at(np.array([n]))
@@ -132,12 +131,11 @@ def unknown_start_findings(
     q, r = np.tile(driven.theta[n], (9, 1)), np.tile(driven.rise[n], (9, 1))
     displacement = model.actual_pose(q, r, changed).position - model.actual_pose(q, r, assumed).position
     distance = np.linalg.norm(displacement, axis=1)
-    if distance.sum() <= NEGLIGIBLE:
-        return []
-    names = (*robot.joint_names, "x", "y", "z")
-    amounts = ", ".join(f"{names[i]} {distance[i] / UM:.1f} um" for i in np.flatnonzero(distance > NEGLIGIBLE / 10))
-    message = (
-        f"the side that joints come from is not known before they have moved: where the part begins, {amounts} of "
-        "half-width are left unknown; lead in with a longer move, always from the same side"
-    )
-    return [Finding.of(Code.SOURCES_START, message)]
+    if not distance.sum() <= NEGLIGIBLE:
+        names = (*robot.joint_names, "x", "y", "z")
+        amounts = ", ".join(f"{names[i]} {distance[i] / UM:.1f} um" for i in np.flatnonzero(distance > NEGLIGIBLE / 10))
+        yield Finding.of(
+            Code.SOURCES_START,
+            f"the side that joints come from is not known before they have moved: where the part begins, {amounts} of "
+            "half-width are left unknown; lead in with a longer move, always from the same side",
+        )

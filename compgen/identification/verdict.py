@@ -135,46 +135,43 @@ def known_here_only(here: float, anywhere: float) -> list[Finding]:
 
 def _frames_told_apart(
     data: Measurements, nominal: FittedCandidate, selected: FittedCandidate, identifiability: Identifiability
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """What is said where poses hardly turn the tool; refused where instrument and reflectors do not stay."""
-    if identifiability.frames_condition <= ILL:
-        return []
-    stays = _frames_stay(nominal, selected)
-    message = (
-        f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
-        f"{'instrument' if (data.kind == PLACE).all() else 'spheres or sockets'} and of what the flange carries can "
-        "hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
-        "second reflector"
-    )
-    return [Finding(Level.WARNING if stays else Level.REFUSED, Code.FRAMES, message)]
+    if not identifiability.frames_condition <= ILL:
+        stays = _frames_stay(nominal, selected)
+        message = (
+            f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
+            f"{'instrument' if (data.kind == PLACE).all() else 'spheres or sockets'} and of what the flange carries "
+            "can hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
+            "second reflector"
+        )
+        yield Finding(Level.WARNING if stays else Level.REFUSED, Code.FRAMES, message)
 
 
-def _refuse_unexplained(robot: Robot, selected: FittedCandidate) -> list[Finding]:
+def _refuse_unexplained(robot: Robot, selected: FittedCandidate) -> Iterator[Finding]:
     """Refusal of a fit that leaves more than any calibration does."""
     left, reach = selected.cross_validation.robust_mean, float(np.abs(robot.a).sum() + np.abs(robot.d).sum())
-    if left <= FAR * reach:
-        return []
-    message = (
-        f"at poses it had not seen the best model is {left / MM:.1f} mm off, more than an arm's zeros, lengths "
-        f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
-        "signs), the DH lengths and the order of the columns this robot's?"
-    )
-    return [Finding.of(Code.UNEXPLAINED, message)]
+    if not left <= FAR * reach:
+        yield Finding.of(
+            Code.UNEXPLAINED,
+            f"at poses it had not seen the best model is {left / MM:.1f} mm off, more than an arm's zeros, lengths "
+            f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
+            "signs), the DH lengths and the order of the columns this robot's?",
+        )
 
 
 def _refuse_no_gain(
     robot: Robot, data: Measurements, nominal: FittedCandidate, selected: FittedCandidate, moved: BoolArray
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Refusal of a fit that predicts no better than the nominal arm."""
     gain = improvement_interval(selected.cross_validation, nominal.cross_validation)
-    if selected is not nominal and gain[0] > 0:
-        return []
-    message = (
-        f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
-        f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
-        f"{poses_to_add(robot, data, moved)}"
-    )
-    return [Finding.of(Code.NO_GAIN, message)]
+    if selected is nominal or not gain[0] > 0:
+        yield Finding.of(
+            Code.NO_GAIN,
+            f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
+            f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
+            f"{poses_to_add(robot, data, moved)}",
+        )
 
 
 def _unmoved_joints(data: Measurements, moved: BoolArray) -> Iterator[Finding]:
@@ -194,14 +191,13 @@ def _unmoved_joints(data: Measurements, moved: BoolArray) -> Iterator[Finding]:
         )
 
 
-def _held_by_prior(model: ArmModel, weak: Sequence[int]) -> list[Finding]:
+def _held_by_prior(model: ArmModel, weak: Sequence[int]) -> Iterator[Finding]:
     """Parameters that the data says little of."""
-    if not weak:
-        return []
-    names = ", ".join(model.parameters[k].name for k in weak[:6])
-    more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
-    message = f"the data says little of {names}{more}: their priors hold them near nominal"
-    return [Finding(Level.NOTE, Code.HELD, message)]
+    if weak:
+        names = ", ".join(model.parameters[k].name for k in weak[:6])
+        more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
+        message = f"the data says little of {names}{more}: their priors hold them near nominal"
+        yield Finding(Level.NOTE, Code.HELD, message)
 
 
 def poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
@@ -217,7 +213,7 @@ def poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
     return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'cgen plan-poses' says"
 
 
-def refuse_foreign_lengths(robot: Robot, model: ArmModel, fitted: Fit) -> list[Finding]:
+def refuse_foreign_lengths(robot: Robot, model: ArmModel, fitted: Fit) -> Iterator[Finding]:
     """Refusal of a fit that needs a length of another robot: rows exchanged, a longer version of the arm."""
     lengths = {"d": robot.d, "a": robot.a}
     far = [
@@ -229,10 +225,9 @@ def refuse_foreign_lengths(robot: Robot, model: ArmModel, fitted: Fit) -> list[F
         for t, value in zip(model.parameters, fitted.p.tolist(), strict=True)
         if t.source == "link_offsets" and t.field in lengths and abs(value) > FOREIGN
     ]
-    if not far:
-        return []
-    words = "; ".join(sentence for _, sentence in sorted(far, reverse=True)[:2])
-    return [Finding.of(Code.LENGTHS, f"{words}: is this the arm's file? mend its DH lengths")]
+    if far:
+        words = "; ".join(sentence for _, sentence in sorted(far, reverse=True)[:2])
+        yield Finding.of(Code.LENGTHS, f"{words}: is this the arm's file? mend its DH lengths")
 
 
 def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:

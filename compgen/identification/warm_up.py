@@ -201,15 +201,14 @@ def _check_cold(log: Temperatures, rises: TemperatureLog) -> None:
         )
 
 
-def _lukewarm(log: Temperatures, reference: Reference) -> list[Finding]:
+def _lukewarm(log: Temperatures, reference: Reference) -> Iterator[Finding]:
     distance, words = _distance_from_cold(log)
-    if reference != "start" or distance <= LUKEWARM:
-        return []
-    message = (
-        f"{log.table.source}: the log may not begin cold ({words}): rises count from its first readings; --reference "
-        "says what else they may count from"
-    )
-    return [Finding.of(Code.LOG_WARM, message)]
+    if reference == "start" and distance > LUKEWARM:
+        yield Finding.of(
+            Code.LOG_WARM,
+            f"{log.table.source}: the log may not begin cold ({words}): rises count from its first readings; "
+            "--reference says what else they may count from",
+        )
 
 
 def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> Iterator[Finding]:

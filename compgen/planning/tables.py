@@ -1,5 +1,6 @@
 """Tables of a path file for pattern, surface, boundary, process and frame, and the objects made from them."""
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import numpy as np
@@ -230,33 +231,31 @@ def pattern_findings(table: Shape, edge: Boundary, boundary: BoundaryTable | Non
     return (*_crossed_holes(boundary), *_questioned_stepover(table, edge))
 
 
-def _crossed_holes(boundary: BoundaryTable | None) -> tuple[Finding, ...]:
-    if boundary is None or not boundary.holes:
-        return ()
-    count = len(boundary.holes)
-    message = (
-        f"boundary.holes: over {'a hole' if count == 1 else f'{count} holes'} the tool runs on at the part's height "
-        "and feed, out of contact; where it may not, give your own points"
-    )
-    return (Finding.of(Code.PATH_HOLES, message),)
+def _crossed_holes(boundary: BoundaryTable | None) -> Iterator[Finding]:
+    if boundary is not None and boundary.holes:
+        count = len(boundary.holes)
+        yield Finding.of(
+            Code.PATH_HOLES,
+            f"boundary.holes: over {'a hole' if count == 1 else f'{count} holes'} the tool runs on at the part's "
+            "height and feed, out of contact; where it may not, give your own points",
+        )
 
 
-def _questioned_stepover(table: Shape, edge: Boundary) -> tuple[Finding, ...]:
+def _questioned_stepover(table: Shape, edge: Boundary) -> Iterator[Finding]:
     if not isinstance(table, RasterTable | SpiralTable) or table.stepover_mm is None:
-        return ()
+        return
     if isinstance(table, SpiralTable):
         kind, wide = "turn", table.diameter_mm / 2 if table.diameter_mm else edge.circumradius() / MM
     else:
         angles = [table.angle_deg * DEG + quarter for quarter in (0.0, RIGHT_ANGLE)[: 1 + table.cross_hatch]]
         low, high = np.transpose([edge.turned(-angle).y_range() for angle in angles])
         kind, wide = "sweep", float((high - low).min()) / MM
-    if table.stepover_mm <= wide * (1 + ROUNDING):
-        return ()
-    message = (
-        f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm): between "
-        f"two {kind}s some of the part is left out; make it smaller, or mend the part's size"
-    )
-    return (Finding.of(Code.PATH_STEPOVER, message),)
+    if table.stepover_mm > wide * (1 + ROUNDING):
+        yield Finding.of(
+            Code.PATH_STEPOVER,
+            f"path.stepover_mm: {table.stepover_mm:g} is more than the part is wide there ({wide:.4g} mm): between "
+            f"two {kind}s some of the part is left out; make it smaller, or mend the part's size",
+        )
 
 
 def leaning_pattern(table: ProcessTable, path: ExactPath, file: str, *, standing: bool = False) -> PiecewiseCurve:

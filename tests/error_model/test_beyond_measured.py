@@ -74,9 +74,9 @@ def test_less_than_a_micrometre_of_what_is_unknown_is_not_told(um, is_told):
     )
     robot = cast(Robot, SimpleNamespace(joint_names=("J1", "J2", "J3", "J4", "J5", "J6")))
     lash = cast(Source, Lash(ReversalWidths(np.full(6, 1e3), np.full(3, 1e3))))
-    findings = unknown_start_findings(robot, (lash,), cast(ErrorModel, CurvedError(um * 1e-6)), driven)
+    findings = [*unknown_start_findings(robot, (lash,), cast(ErrorModel, CurvedError(um * 1e-6)), driven)]
     assert [f.code.value for f in findings] == ["sources.start"] * is_told
-    assert unknown_start_findings(robot, (), cast(ErrorModel, CurvedError()), driven) == []
+    assert not [*unknown_start_findings(robot, (), cast(ErrorModel, CurvedError()), driven)]
 
 
 def measured_line(axis, first, last, place):
@@ -90,8 +90,8 @@ def test_positions_beyond_the_box_of_the_measured_lines_are_counted_and_measured
     lines = [measured_line(0, 1.0, 1.5, (9, -0.2, 0.3)), measured_line(1, -0.5, 0.4, (1.2, 9, 0.1))]
     low, high = np.array([1.0, -0.5, 0.1]), np.array([1.5, 0.4, 0.3])
     places = np.array([low, high, (low + high) / 2, low, high])
-    assert map_findings(lines, places) == []
-    assert map_findings([], places + 1) == []
+    assert not [*map_findings(lines, places)]
+    assert not [*map_findings([], places + 1)]
     places[2, 0], places[4, 1] = 1.507, -0.512
     (finding,) = map_findings(lines, places)
     ranges = "x by up to 7.0 mm (1000 to 1500 measured), y by up to 12.0 mm (-500 to 400 measured)"
@@ -104,8 +104,8 @@ def test_joints_beyond_those_of_the_identification_are_named_by_how_far():
     robot = cast(Robot, SimpleNamespace(to_pendant=lambda theta: theta))
     box = np.array(6 * [[-1.0, 2.0]])
     theta = np.vstack([box[:, 0], box[:, 1]])
-    assert joint_box_findings(robot, box, theta) == []
-    assert joint_box_findings(robot, None, 9 * theta) == []
+    assert not [*joint_box_findings(robot, box, theta)]
+    assert not [*joint_box_findings(robot, None, 9 * theta)]
     theta[0, 1], theta[1, 4] = -1.0 - np.radians(3.0), 2.0 + np.radians(0.4)
     (finding,) = joint_box_findings(robot, box, theta)
     assert (

@@ -64,7 +64,7 @@ def test_a_length_of_another_robot_is_named_and_refused(truth):
     rng = np.random.default_rng(9)
     data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
     fitted = fit(truth.model, data, np.array([t.source == "link_offsets" for t in truth.model.parameters]))
-    assert refuse_foreign_lengths(truth.arm.robot, truth.model, fitted) == []
+    assert not [*refuse_foreign_lengths(truth.arm.robot, truth.model, fitted)]
     name = [(t.source, t.field, t.index) for t in truth.model.parameters]
     p = fitted.p.copy()
     p[name.index(("link_offsets", "a", (0,)))], p[name.index(("link_offsets", "a", (2,)))] = 20 * MM, -20 * MM

@@ -139,4 +139,4 @@ def test_a_tool_that_leans_from_the_lift_is_refused():
     )
     leaning = r"--lift-all 15: at waypoint \d+ the tool leans \d+ deg .* would clear the part by [0-7]\.\d mm"
     with pytest.raises(InputError, match=leaning):
-        dry_run_findings(lifted(job, HEIGHT), bowl)
+        list(dry_run_findings(lifted(job, HEIGHT), bowl))

@@ -214,7 +214,7 @@ def test_an_unknown_start_is_told_until_it_has_faded(robot):
             directions=planned.motion.at(slice(3)),
             contact=np.array(contact),
         )
-        findings = beyond_measured.unknown_start_findings(job.robot, job.sources, planned.model, start)
+        findings = [*beyond_measured.unknown_start_findings(job.robot, job.sources, planned.model, start)]
         assert (not findings) is faded
 
 

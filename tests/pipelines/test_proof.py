@@ -61,11 +61,11 @@ def test_an_arc_that_comes_to_sweep_more_than_half_a_turn_is_said():
     (finding,) = wide_arcs(planned, wider)
     assert "1 arc sweeps" in finding.message
     assert "P[11] 190.0000" in finding.message
-    assert wide_arcs(wider, wider) == []  # a controller took it before
-    assert wide_arcs(planned, arc(*on_circle(0, 90, 180.0005))) == []  # the last digits of a half circle
-    assert wide_arcs(arc(*on_circle(0, 90, 180.0005)), wider)
-    assert wide_arcs(wider, planned) == []
-    assert wide_arcs(planned, arc(*on_circle(0, 90, 190), circular=False)) == []
+    assert not [*wide_arcs(wider, wider)]  # a controller took it before
+    assert not [*wide_arcs(planned, arc(*on_circle(0, 90, 180.0005)))]  # the last digits of a half circle
+    assert [*wide_arcs(arc(*on_circle(0, 90, 180.0005)), wider)]
+    assert not [*wide_arcs(wider, planned)]
+    assert not [*wide_arcs(planned, arc(*on_circle(0, 90, 190), circular=False))]
 
 
 def test_arcs_in_one_line_are_said_whichever_text_has_them():
@@ -74,7 +74,7 @@ def test_arcs_in_one_line_are_said_whichever_text_has_them():
         (finding,) = flat_arcs(*pair)
         assert "1 arc has" in finding.message
         assert "P[11]" in finding.message
-    assert flat_arcs(bent, bent) == []
+    assert not [*flat_arcs(bent, bent)]
 
 
 def test_of_many_flat_arcs_eight_are_named():
@@ -96,7 +96,7 @@ def test_an_arc_of_which_a_place_is_not_known_is_not_called_flat(unknown):
         hidden = replace(flat, pose=np.where(np.arange(3) == unknown, NONE, flat.pose))
     else:
         hidden = replace(flat, origin=np.full(3, NONE))
-    assert flat_arcs(hidden, hidden) == []
+    assert not [*flat_arcs(hidden, hidden)]
 
 
 def flight(position, *, turn=0.0, theta=0.0, fraction=1.0, actual=0.0):

@@ -9,6 +9,7 @@ share that the targets tell of a place along the path is A = k^T K^-1; what they
 Targets are what of an artefact touches can anchor by, in the frame that its places are in.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -243,7 +244,7 @@ def _require_targets(artefact: Artefact, placed: BoolArray, planes: int, *, cent
     return notes
 
 
-def unreached(artefact: Artefact, targets: Targets, ways: Ways) -> list[Finding]:
+def unreached(artefact: Artefact, targets: Targets, ways: Ways) -> Iterator[Finding]:
     """Names the targets that the arm does not reach.
 
     Raises:
@@ -256,7 +257,6 @@ def unreached(artefact: Artefact, targets: Targets, ways: Ways) -> list[Finding]
             f"{artefact.source}: {', '.join(missed)[:60]}: out of the arm's reach in the program's posture "
             f"('{missed[0]}' at World {x:.0f} {y:.0f} {z:.0f} mm); check [artefact] frame and places"
         )
-    if not missed:
-        return []
-    message = f"{', '.join(missed)}: no way to touch it in the program's posture: left out"
-    return [Finding.of(Code.TOUCHES_REACH, message)]
+    if missed:
+        message = f"{', '.join(missed)}: no way to touch it in the program's posture: left out"
+        yield Finding.of(Code.TOUCHES_REACH, message)

@@ -137,13 +137,12 @@ def _bound_findings(result: Correction) -> list[Finding]:
     return findings
 
 
-def _missing_bound(result: Correction) -> list[Finding]:
+def _missing_bound(result: Correction) -> Iterator[Finding]:
     given = result.options.bound is not None or result.options.guaranteed is not None
-    if given or not result.judged.any():
-        return []
-    after = result.residual.distance[result.judged].max() / UM
-    message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
-    return [Finding.of(Code.BOUNDS_NONE, message)]
+    if not given and result.judged.any():
+        after = result.residual.distance[result.judged].max() / UM
+        message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
+        yield Finding.of(Code.BOUNDS_NONE, message)
 
 
 def _source_findings(result: Correction) -> Iterator[Finding]:

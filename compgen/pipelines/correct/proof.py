@@ -6,7 +6,7 @@ rises. An override stretches the ways; what a program waits for, it waits for as
 Arcs of an existing program that a controller may not drive: in one line, or too wide once corrected.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -103,33 +103,31 @@ def as_both_can(drive: DrivenProgram, new: DrivenProgram) -> tuple[DrivenProgram
     return replace(drive, beyond=beyond, circular=arcs), replace(new, beyond=beyond, circular=arcs)
 
 
-def wide_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]:
+def wide_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> Iterator[Finding]:
     """That arcs sweep more than half a turn in the corrected text, and did not in the planned one."""
     via = np.flatnonzero(corrected.circular & corrected.via)
     swept = swept_angles(corrected, via)
     over = (swept > np.pi + SLACK) & (swept_angles(planned, via) <= np.pi + SLACK)
-    if not over.any():
-        return []
-    worst = int(np.argmax(np.where(over, swept, 0.0)))
-    number = int(corrected.at.number[corrected.pose[via[worst]]])
-    message = (
-        f"{counted(int(over.sum()), 'arc sweeps', 'arcs sweep')} more than 180 deg once corrected, by P[{number}] "
-        f"{swept[worst] / DEG:.4f}: a controller may refuse that (circle angle too large); part each in two"
-    )
-    return [Finding.of(Code.CORRECTION_ARC, message)]
+    if over.any():
+        worst = int(np.argmax(np.where(over, swept, 0.0)))
+        number = int(corrected.at.number[corrected.pose[via[worst]]])
+        yield Finding.of(
+            Code.CORRECTION_ARC,
+            f"{counted(int(over.sum()), 'arc sweeps', 'arcs sweep')} more than 180 deg once corrected, by P[{number}] "
+            f"{swept[worst] / DEG:.4f}: a controller may refuse that (circle angle too large); part each in two",
+        )
 
 
-def flat_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> list[Finding]:
+def flat_arcs(planned: DrivenProgram, corrected: DrivenProgram) -> Iterator[Finding]:
     """That the three places of arcs lie in one line, in the planned or in the corrected text."""
     drive = planned
     via = np.flatnonzero(drive.via & ~drive.line & ~drive.joint & (drive.origin != NONE))
     via = via[(drive.pose[via] != NONE) & (drive.pose[via + 1] != NONE)]  # an end follows each via
     flat = via[arcs_in_line(drive, via) | arcs_in_line(replace(drive, at=corrected.at), via)]
-    if not len(flat):
-        return []
-    names = ", ".join(f"P[{n}]" for n in corrected.at.number[drive.pose[flat[:8]]].tolist())
-    message = (
-        f"{counted(len(flat), 'arc has its', 'arcs have their')} three places in one line (by {names}): a controller "
-        "may refuse that; the places are judged, not the way between them"
-    )
-    return [Finding.of(Code.CORRECTION_FLAT_ARC, message)]
+    if len(flat):
+        names = ", ".join(f"P[{n}]" for n in corrected.at.number[drive.pose[flat[:8]]].tolist())
+        yield Finding.of(
+            Code.CORRECTION_FLAT_ARC,
+            f"{counted(len(flat), 'arc has its', 'arcs have their')} three places in one line (by {names}): a "
+            "controller may refuse that; the places are judged, not the way between them",
+        )

@@ -52,10 +52,10 @@ def asking_units(job: Job) -> Iterator[None]:
         raise
 
 
-def limited(solution: Solution) -> list[Finding]:
+def limited(solution: Solution) -> Iterator[Finding]:
     """Limits that hold waypoints off their targets."""
     if solution.status is not Status.LIMITED:
-        return []
+        return
     kinds = numbers_by_words(solution.active_limits)
     off = row_norms(solution.residual[:, :3])
     worst = int(np.argmax(off))
@@ -65,7 +65,7 @@ def limited(solution: Solution) -> list[Finding]:
     keys = " or ".join(f"compensation.{key}" for name, key in mends.items() if name in kinds)
     message = f"{text}; {farthest}" if text else farthest
     message += f"; raise {keys} to let the correction go farther" if keys else ""
-    return [Finding.of(Code.COMPENSATION_LIMITED, message)]
+    yield Finding.of(Code.COMPENSATION_LIMITED, message)
 
 
 def numbers_by_words(pairs: Iterable[tuple[int, str]]) -> dict[str, list[int]]:
@@ -106,12 +106,11 @@ def of_knowledge(job: Job) -> list[Finding]:
     return [Finding.of(Code.BOUNDS_KNOWLEDGE, message)]
 
 
-def solver(solution: Solution, settings: Settings) -> list[Finding]:
+def solver(solution: Solution, settings: Settings) -> Iterator[Finding]:
     """That another solver than compgen's own found the correction."""
-    if settings.solver is Solver.STRUCTURED:
-        return []
-    message = f"the correction is {settings.solver.value}'s, after {solution.iterations} iterations"
-    return [Finding.of(Code.COMPENSATION_SOLVER, message)]
+    if settings.solver is not Solver.STRUCTURED:
+        message = f"the correction is {settings.solver.value}'s, after {solution.iterations} iterations"
+        yield Finding.of(Code.COMPENSATION_SOLVER, message)
 
 
 def failed(solution: Solution) -> str:
@@ -163,68 +162,66 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
         )
 
 
-def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding]:
+def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> Iterator[Finding]:
     """Where the text takes another time than the plan, by the twin's clock."""
     planned, driven = float(trajectory.time[-1]), float(written.time[-1])
-    if abs(driven / planned - 1) <= CLOCK_ERROR:
-        return []
-    message = (
-        f"the written program takes {driven:.2f} s, {planned:.2f} s were planned "
-        f"({100 * (driven / planned - 1):+.1f} %), by its stops and slow stretches; all numbers here are of the "
-        "written program"
-    )
-    return [Finding.of(Code.TIMING_CLOCK, message)]
+    if abs(driven / planned - 1) > CLOCK_ERROR:
+        yield Finding.of(
+            Code.TIMING_CLOCK,
+            f"the written program takes {driven:.2f} s, {planned:.2f} s were planned "
+            f"({100 * (driven / planned - 1):+.1f} %), by its stops and slow stretches; all numbers here are of the "
+            "written program",
+        )
 
 
-def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Finding]:
+def joints_asked(job: Job, program: Program, written: WrittenMotion) -> Iterator[Finding]:
     """Where the written speeds ask more of a joint than its limits."""
     if written.use.max() <= 1 + SAME_USE:
-        return []
+        return
     kind, joint = np.unravel_index(int(np.argmax(written.use)), written.use.shape)
     n = written.hardest
     place = f" at P[{n}], {program.speed[n - 2] / MM:.4g} to {program.speed[n - 1] / MM:.4g} mm/s" if kind else ""
     limit = f"{('speed', 'acceleration')[int(kind)]} limit of joint {job.robot.joint_names[int(joint)]}"
-    message = (
+    yield Finding.of(
+        Code.TIMING_JOINT_USE,
         f"the written speeds ask {written.use.max():.5g} times the {limit}{place}: the controller is slower there; "
-        "lower process.feed_mm_s"
+        "lower process.feed_mm_s",
     )
-    return [Finding.of(Code.TIMING_JOINT_USE, message)]
 
 
-def orientation_on_arcs(job: Job, program: Program) -> list[Finding]:
+def orientation_on_arcs(job: Job, program: Program) -> Iterator[Finding]:
     """How far the tool is turned at vias if the controller turns it evenly from start to end and ignores the via's."""
     via = np.flatnonzero(program.via)
     if not len(via):
-        return []
+        return
     length, rotation = program.lengths(), program.rotation
     share = length[via - 1] / (length[via - 1] + length[via])
     even = interpolate_rotation(rotation[via - 1], rotation[via + 1], share)
     off = norm(rotation_vector(np.swapaxes(even, 1, 2) @ rotation[via]))
-    if off.max() <= SAME_TURN:
-        return []
-    bound = job.bounds.axis
-    message = (
-        f"at P[{int(via[np.argmax(off)]) + 1}] the tool is {off.max() / MDEG:.1f} mdeg off if the controller ignores "
-        "the orientation of an arc's via, which is not published; here it turns through it"
-    )
-    level = Level.WARNING if bound is not None and off.max() > bound else Level.NOTE
-    return [Finding(level, Code.PATH_ARCS_ORIENTATION, message)]
+    if not off.max() <= SAME_TURN:
+        bound = job.bounds.axis
+        message = (
+            f"at P[{int(via[np.argmax(off)]) + 1}] the tool is {off.max() / MDEG:.1f} mdeg off if the controller "
+            "ignores the orientation of an arc's via, which is not published; here it turns through it"
+        )
+        level = Level.WARNING if bound is not None and off.max() > bound else Level.NOTE
+        yield Finding(level, Code.PATH_ARCS_ORIENTATION, message)
 
 
-def times_apart(controller: Controller, written: WrittenMotion) -> list[Finding]:
+def times_apart(controller: Controller, written: WrittenMotion) -> Iterator[Finding]:
     """The duration as written and on a controller that rounds up, where they differ."""
     longer = written.rounded_up / written.as_written - 1
-    if longer <= TIMES_APART:
-        return []
-    message = (
-        f"the text takes {written.as_written:.2f} s as written, and {written.rounded_up:.2f} s ({100 * longer:+.1f} %) "
-        f"on a controller that rounds every line up to whole periods of {controller.period / MS:g} ms; times and heat "
-        f"here are {'the second' if controller.rounds_up_to_period else 'the first'}: controller.rounds_up_to_period"
-    )
-    return [Finding.of(Code.TIMING_WHOLE_PERIODS, message)]
+    if longer > TIMES_APART:
+        yield Finding.of(
+            Code.TIMING_WHOLE_PERIODS,
+            f"the text takes {written.as_written:.2f} s as written, and {written.rounded_up:.2f} s "
+            f"({100 * longer:+.1f} %) on a controller that rounds every line up to whole periods of "
+            f"{controller.period / MS:g} ms; times and heat here are "
+            f"{'the second' if controller.rounds_up_to_period else 'the first'}: controller.rounds_up_to_period",
+        )
 
 
-def over_periods(controller: Controller, path: ToolPath, program: Program, feed: float) -> list[Finding]:
+def over_periods(controller: Controller, path: ToolPath, program: Program, feed: float) -> Iterator[Finding]:
     """Lines of a text that last longer at feed than the whole periods that they were laid out for.
 
     Args:
@@ -238,16 +235,15 @@ def over_periods(controller: Controller, path: ToolPath, program: Program, feed:
     planned = controller.whole_periods(np.diff(path.arc) / feeds)
     lasts = program.lengths() / program.speed / controller.period
     over = np.flatnonzero(lines & (lasts > planned * (1 + SAME_PERIOD)))
-    if not len(over):
-        return []
-    worst = over[int(np.argmax(lasts[over] - planned[over]))]
-    share = program.lengths()[over].sum() / program.lengths().sum()
-    message = (
-        f"{len(over)} lines at feed ({100 * share:.1f} % of the length) last longer than the whole interpolation "
-        f"periods that they were laid out for: that to P[{worst + 2}] {lasts[worst]:.4f}, not {planned[worst]:.0f}; a "
-        "controller that rounds up takes one more for each"
-    )
-    return [Finding.of(Code.TIMING_OVER_PERIODS, message)]
+    if len(over):
+        worst = over[int(np.argmax(lasts[over] - planned[over]))]
+        share = program.lengths()[over].sum() / program.lengths().sum()
+        yield Finding.of(
+            Code.TIMING_OVER_PERIODS,
+            f"{len(over)} lines at feed ({100 * share:.1f} % of the length) last longer than the whole interpolation "
+            f"periods that they were laid out for: that to P[{worst + 2}] {lasts[worst]:.4f}, not "
+            f"{planned[worst]:.0f}; a controller that rounds up takes one more for each",
+        )
 
 
 def own_file_findings(job: Job, path: ToolPath, deviation: Deviation) -> list[Finding]:

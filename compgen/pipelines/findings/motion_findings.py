@@ -238,7 +238,9 @@ def reach_of(motion: ControllerMotion) -> Reach:
     return Reach(delay, motion.settling - motion.lag - delay)
 
 
-def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: Array | None = None) -> list[Finding]:
+def lead_findings(
+    effect: MotionEffect | None, path: ToolPath, job: Job, error: Array | None = None
+) -> Iterator[Finding]:
     """At most one finding: the way to a bend that is shortest of what it should be.
 
     Args:
@@ -248,12 +250,12 @@ def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: 
         error: On each segment, (N - 1,) [m], of a program commanded against its motion: its text is not its path.
     """
     if effect is None:
-        return []
+        return
     bounds, off = job.bounds, effect.off if error is None else error
     reach = reach_of(effect.motion)
     short = list(short_leads(path, off, job.feed * path.pace, reach))
     if not short:
-        return []
+        return
     worst = max(short, key=lambda lead: lead.needed - lead.length)
     caused = max(lead.caused for lead in short)
     beyond = effect.known and caused > bounds.least
@@ -266,7 +268,7 @@ def lead_findings(effect: MotionEffect | None, path: ToolPath, job: Job, error: 
         f"{'raise path.lead_mm to that' if raised else 'lower process.feed_mm_s'}, or stop at the bend: "
         'path.turn = "square", or stop = 1 in points of your own'
     )
-    return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_LEAD, message)]
+    yield Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_LEAD, message)
 
 
 def short_leads(path: ToolPath, off: Array, speed: Array, reach: Reach) -> Iterator[ShortLead]:

@@ -326,12 +326,11 @@ def identify_files(
     )
 
 
-def _load_findings(arm: Arm) -> list[Finding]:
+def _load_findings(arm: Arm) -> Iterator[Finding]:
     """Which masses sag is fitted with, where [sources.loads] has none."""
-    if arm.facts.loads.have_weight and not arm.network_masses:
-        return []
-    message = NETWORK_LOADS.format(arm.facts.loads.payload) if arm.network_masses else WITHOUT_LOADS
-    return [Finding.of(Code.SOURCES_LOADS, message)]
+    if not arm.facts.loads.have_weight or arm.network_masses:
+        message = NETWORK_LOADS.format(arm.facts.loads.payload) if arm.network_masses else WITHOUT_LOADS
+        yield Finding.of(Code.SOURCES_LOADS, message)
 
 
 def robot_files_of(target: Path, text: str) -> dict[str, bytes]:

@@ -59,7 +59,7 @@ def dry_run_words(height: float) -> str:
     return f"DRY RUN +{height / MM:.4g} MM"
 
 
-def dry_run_findings(job: Job, path: ToolPath) -> list[Finding]:
+def dry_run_findings(job: Job, path: ToolPath) -> Iterator[Finding]:
     """That a lifted program is not the one for the part, and by how much its tool clears it.
 
     Raises:
@@ -67,7 +67,7 @@ def dry_run_findings(job: Job, path: ToolPath) -> list[Finding]:
     """
     height = job.plan.path.raised
     if height == 0:
-        return []
+        return
     place = job.plan.path.place
     up = np.array([0.0, 0.0, 1.0]) if place is None else place.rotation[:, 2]
     on_part = path.rows_on_part()
@@ -80,21 +80,21 @@ def dry_run_findings(job: Job, path: ToolPath) -> list[Finding]:
             f"and would clear the part by {max(0.0, share[worst]) * height / MM:.1f} mm; "
             "give the part a [frame] whose z points away from it"
         )
-    message = (
+    yield Finding.of(
+        Code.PROGRAM_DRY_RUN,
         f"{dry_run_words(height)}: this program runs {height / MM:g} mm above its place, at least "
-        f"{share[worst] * height / MM:.1f} mm clear of the part; its correction is for there: not for the part"
+        f"{share[worst] * height / MM:.1f} mm clear of the part; its correction is for there: not for the part",
     )
-    return [Finding.of(Code.PROGRAM_DRY_RUN, message)]
 
 
-def raised_findings(height: float) -> list[Finding]:
+def raised_findings(height: float) -> Iterator[Finding]:
     """That a corrected program is a dry run, lifted by so much [m]; none for 0."""
-    if height == 0:
-        return []
-    message = (
-        f"{dry_run_words(height)}: Z of all positions is {height / MM:g} mm larger in their frame; not for the part"
-    )
-    return [Finding.of(Code.PROGRAM_DRY_RUN, message)]
+    if height != 0:
+        yield Finding.of(
+            Code.PROGRAM_DRY_RUN,
+            f"{dry_run_words(height)}: Z of all positions is {height / MM:g} mm larger in their frame; not for the "
+            "part",
+        )
 
 
 @contextmanager

@@ -268,7 +268,7 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
     job = planned.job
     problem = _problem_of(planned)
     solution = _solved(problem, job, progress, stages.CORRECTION)
-    limited = job_findings.limited(solution)
+    limited = list(job_findings.limited(solution))
     arcs = job.plan.process.arcs
     if job.plan.process.thin is not None and not arcs:
         progress(stages.THINNING, 0.0)
@@ -278,7 +278,7 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
         progress(stages.DIRECTIONS, 0.0)
         problem = replace(problem, direction_state=_written_directions(problem, solution, planned))
         solution = _solved(problem, job, progress, stages.DIRECTIONS)
-        limited = job_findings.limited(solution)
+        limited = list(job_findings.limited(solution))
     if arcs:
         progress(stages.ARCS, 0.0)
         moves = corrected_arcs.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)

@@ -1,6 +1,6 @@
 """A program that was written for a path earlier, flown by the twin in the state that the path's files say now."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -106,14 +106,15 @@ def fly_written(
     )
 
 
-def _robot_findings(job: Job, program: Program) -> list[Finding]:
+def _robot_findings(job: Job, program: Program) -> Iterator[Finding]:
     """That the text was written with another robot file than it is flown with: then more than the state is another."""
     made = next((line.split()[2] for line in program.remarks if line.startswith("robot file ")), "")
-    if not made or job.cell.robot_file_hash.startswith(made):
-        return []
-    now = f"{job.cell.robot_file} now, {job.cell.robot_file_hash[: len(made)]}"
-    message = f"{program.name} was written with another robot file ({made} in its remarks) than {now}; give that one"
-    return [Finding.of(Code.WRITTEN_ROBOT_FILE, f"{message} with --robot, or generate it anew")]
+    if made and not job.cell.robot_file_hash.startswith(made):
+        now = f"{job.cell.robot_file} now, {job.cell.robot_file_hash[: len(made)]}"
+        message = (
+            f"{program.name} was written with another robot file ({made} in its remarks) than {now}; give that one"
+        )
+        yield Finding.of(Code.WRITTEN_ROBOT_FILE, f"{message} with --robot, or generate it anew")
 
 
 def _draws(

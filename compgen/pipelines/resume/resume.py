@@ -250,12 +250,11 @@ def _warmth_findings(planned: Planned) -> list[Finding]:
     return [Finding.of(Code.THERMAL_BOX, text) for text in texts]
 
 
-def _moved_findings(begun: Begun) -> list[Finding]:
+def _moved_findings(begun: Begun) -> Iterator[Finding]:
     """A state that found more than warmth."""
-    if begun.cause.get("state_verdict") != "something moved":
-        return []
-    message = f"{begun.why}: the pages are for the base and the targets as touched; find what moved before they run"
-    return [Finding(Level.WARNING, Code.STATE, message)]
+    if begun.cause.get("state_verdict") == "something moved":
+        message = f"{begun.why}: the pages are for the base and the targets as touched; find what moved before they run"
+        yield Finding(Level.WARNING, Code.STATE, message)
 
 
 def _page_results(

@@ -1,5 +1,6 @@
 """Tables of a path file for the user's own points and for a mesh, and the curves made from them."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
@@ -133,10 +134,10 @@ def own_points_path(
         points = points.divided(STANDING_STEP)
     if mesh is not None and free:
         points, off = stand_on_mesh(points, mesh, surface.origin)
-        notes += _off_surface(points, off, "mesh", "unit, height and frame of both files")
+        notes = (*notes, *_off_surface(points, off, "mesh", "unit, height and frame of both files"))
     elif free and surface.A.any():
         off = surface.local(points.position + surface.origin)[:, 2]
-        notes += _off_surface(points, off, "conic", "unit, height and frame with [surface]")
+        notes = (*notes, *_off_surface(points, off, "conic", "unit, height and frame with [surface]"))
         if lines:  # a line is one in the part's frame, over whatever surface
             points, surface = stand_on_surface(points, surface), plane(surface.origin)
     local = place_points(points, surface, spin, feed)
@@ -150,16 +151,15 @@ def own_points_path(
     return PlacedPath(path.curve, surface, (*notes, *_of_curve(path, points, local, table)), not free)
 
 
-def _off_surface(points: GivenPoints, off: Array, kind: str, what: str) -> tuple[Finding, ...]:
+def _off_surface(points: GivenPoints, off: Array, kind: str, what: str) -> Iterator[Finding]:
     """How far (M,) [m] points on the part are from a surface that only says how the tool stands on them."""
     off = off[points.contact]
-    if np.abs(off).max(initial=0.0) <= OFF_SURFACE:
-        return ()
-    message = (
-        f"on the part the points of {points.source} are {off.min() / MM:.2f} to {off.max() / MM:.2f} mm from the "
-        f"{kind} (below 0: in it), and the tool goes where they are: compare {what}"
-    )
-    return (Finding(Level.WARNING if off.min() < -OFF_SURFACE else Level.NOTE, Code.SURFACE_MESH, message),)
+    if not np.abs(off).max(initial=0.0) <= OFF_SURFACE:
+        message = (
+            f"on the part the points of {points.source} are {off.min() / MM:.2f} to {off.max() / MM:.2f} mm from the "
+            f"{kind} (below 0: in it), and the tool goes where they are: compare {what}"
+        )
+        yield Finding(Level.WARNING if off.min() < -OFF_SURFACE else Level.NOTE, Code.SURFACE_MESH, message)
 
 
 def through(table: OwnPoints) -> str:
@@ -282,7 +282,7 @@ def pattern_on_mesh(
     return OnMesh(curve, tuple(notes))
 
 
-def _cut_in(curve: PiecewiseCurve, mesh: Mesh, above: float, allowed: float) -> list[Finding]:
+def _cut_in(curve: PiecewiseCurve, mesh: Mesh, above: float, allowed: float) -> Iterator[Finding]:
     """Where a curve is lower than it shall be ``above`` the mesh [m], by more than ``allowed`` [m]."""
     K = len(curve.poly)
     piece, t = np.repeat(np.arange(K), PER_PIECE), np.tile(np.linspace(0, 1, PER_PIECE), K)
@@ -290,14 +290,13 @@ def _cut_in(curve: PiecewiseCurve, mesh: Mesh, above: float, allowed: float) -> 
     over = mesh.over(xy)
     depth = np.nan_to_num((over.height + above - curve.height(piece, t)[0]) * over.normal[:, 2])
     worst = int(np.argmax(depth))
-    if depth[worst] <= allowed:
-        return []
-    x, y = xy[worst] / MM
-    message = (
-        f"the path cuts {depth[worst] / UM:.0f} um into the mesh at x {x:.1f}, y {y:.1f} mm, which bends there more "
-        "than points on it show; export it finer, or keep off that place (path.lead_mm, [boundary])"
-    )
-    return [Finding(Level.WARNING, Code.SURFACE_MESH, message)]
+    if not depth[worst] <= allowed:
+        x, y = xy[worst] / MM
+        message = (
+            f"the path cuts {depth[worst] / UM:.0f} um into the mesh at x {x:.1f}, y {y:.1f} mm, which bends there "
+            "more than points on it show; export it finer, or keep off that place (path.lead_mm, [boundary])"
+        )
+        yield Finding(Level.WARNING, Code.SURFACE_MESH, message)
 
 
 def _size(mesh: Mesh, laid: Laid) -> str:
