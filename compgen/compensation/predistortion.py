@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from compgen.core.arrays import Array, BoolArray, cumulated, frozen, owns, row_norms
+from compgen.core.arrays import Array, BoolArray, cumulated, frozen, interpolated, owns, row_norms
 from compgen.core.pose import Pose
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
@@ -138,7 +138,7 @@ def _shift(robot: Robot, motion: ControllerMotion, path: Commanded) -> Array:
         run, kernel = slice(first, last + 1), _kernel(motion.in_run(lasts[k]), RIGID if path.by_lines else RIGID_ARCS)
         time = clock[run] - clock[first]
         at, led = _led(kernel, time, path.arc[run], rows[run], corner[run])
-        led += np.column_stack([np.interp(at, time, column) for column in inner[run].T])
+        led += interpolated(at, time, inner[run])
         near = _near(at, time[corner[run]], kernel.support)
         on = np.interp(at, time, on_part[run].astype(float)) > 0
         led = np.where(on[:, None], led * near[:, None], 0.0)

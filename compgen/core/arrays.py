@@ -134,6 +134,11 @@ def column_extremes(a: Array) -> tuple[Array, Array]:
     return np.array([column.min() for column in a.T]), np.array([column.max() for column in a.T])
 
 
+def interpolated(at: Array | IntArray, x: Array | IntArray, rows: Array) -> Array:
+    """Rows (N, K) that stand at rising x (N,), at other places, (M, K): straight between, beyond the ends as there."""
+    return np.column_stack([np.interp(at, x, column) for column in rows.T])
+
+
 def numbered(counts: IntArray) -> tuple[IntArray, IntArray]:
     """The group of every member of K groups with so many each, (K,), and its number in it from 0, (M,) each."""
     group = np.repeat(np.arange(len(counts)), counts)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from compgen.core.arrays import Array, IntArray, rms
+from compgen.core.arrays import Array, IntArray, interpolated, rms
 from compgen.core.commands import Command
 from compgen.core.files import PROVENANCE
 from compgen.core.json_text import json_text
@@ -130,7 +130,7 @@ def _band_columns(result: Correction, station: IntArray) -> dict[str, Array]:
     if result.band is not None:
         band, free = result.band, result.plan.free[station]
         values = np.column_stack([band.world(), band.radius]) / UM
-        columns[free] = np.column_stack([np.interp(station[free], band.rows, column) for column in values.T])
+        columns[free] = interpolated(station[free], band.rows, values)
     return dict(zip(("band_x_um", "band_y_um", "band_z_um", "band_um"), columns.T, strict=True))
 
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import median_filter
 
-from compgen.core.arrays import Array, BoolArray, owns
+from compgen.core.arrays import Array, BoolArray, interpolated, owns
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.state_from_log import TemperatureLog, fit_log
 
@@ -81,7 +81,7 @@ def fill_rises(log: TemperatureLog, heat: ArmHeat, time: Array, *, cold: bool) -
 def _course(log: TemperatureLog, heat: ArmHeat, time: Array) -> Array:
     """Rises of all nodes by the model that explains the log, (M, K) [K]."""
     fitted = fit_log(log, heat)
-    return np.column_stack([np.interp(time, fitted.time, rise) for rise in fitted.rise.T])
+    return interpolated(time, fitted.time, fitted.rise)
 
 
 def _without_loose_contacts(values: Array) -> Array:

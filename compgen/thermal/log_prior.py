@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, owns
+from compgen.core.arrays import Array, interpolated, owns
 from compgen.core.units import MINUTE
 from compgen.thermal.ambient import Ambient
 from compgen.thermal.model import ArmHeat
@@ -146,7 +146,7 @@ def _law(
     balance = (heat.ambient * decay) @ out.T
     draught = (heat.ambient * (1 - decay)) @ out.T
     if expected is not None:
-        rise = np.column_stack([np.interp(log.time[0] + grid, expected.time, c) for c in expected.rise.T])
+        rise = interpolated(log.time[0] + grid, expected.time, expected.rise)
         pattern = rise - np.interp(grid, time, log.air)[:, None]
         start = pattern[:1] * np.exp(-grid[:, None] / warmth.lag)
         mean = rise + 0.5 * expected.air * balance

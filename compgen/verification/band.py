@@ -33,7 +33,7 @@ import casadi as ca
 import numpy as np
 from scipy.special import gammaincinv
 
-from compgen.core.arrays import Array, BoolArray, IntArray, owns, rms
+from compgen.core.arrays import Array, BoolArray, IntArray, interpolated, owns, rms
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.error_model.rigid_share import rigid_share
 from compgen.planning.toolpath import ToolPath
@@ -93,7 +93,7 @@ class Band:
         arc, number, place = path.arc[first:last], np.arange(first, last), path.target.position
         near = slice(max(np.searchsorted(self.rows, first) - 1, 0), np.searchsorted(self.rows, last) + 1)
         knots = path.arc[self.rows[near]]
-        moment = np.column_stack([np.interp(arc, knots, column) for column in self.moment[near].T])
+        moment = interpolated(arc, knots, self.moment[near])
         before, after = np.maximum(number - 1, 0), np.minimum(number + 1, len(path.arc) - 1)
         (variances,) = evaluate(
             _build_variances(), IndexedRows(place, before), IndexedRows(place, after),

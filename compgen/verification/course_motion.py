@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from compgen.core.arrays import Array, frozen, row_norms
+from compgen.core.arrays import Array, frozen, interpolated, row_norms
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.verification.executed.course import ProgramCourse
@@ -76,7 +76,7 @@ def led_beside(course: ProgramCourse, robot: Robot, motion: ControllerMotion, ar
     across = np.zeros((len(arc), 3))
     for _, led in _runs(course, robot, motion):
         there = (arc >= led.way[0]) & (arc <= led.way[-1])
-        across[there] = np.column_stack([np.interp(arc[there], led.way, column) for column in led.across.T])
+        across[there] = interpolated(arc[there], led.way, led.across)
     return across
 
 

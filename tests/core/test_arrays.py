@@ -14,6 +14,7 @@ from compgen.core.arrays import (
     cumulated,
     dot,
     frozen,
+    interpolated,
     lengths_along,
     own,
     row_norms,
@@ -117,3 +118,8 @@ def test_rows_in_blocks_are_measured_as_all_at_once(count, width):
     assert np.array_equal(row_norms(rows, 4), np.linalg.norm(rows, axis=1))
     assert np.array_equal(step_lengths(rows, 4), np.linalg.norm(np.diff(rows, axis=0), axis=1))
     assert np.array_equal(column_extremes(rows), (rows.min(axis=0), rows.max(axis=0)))
+
+
+def test_rows_between_others_lie_straight_between_them():
+    rows = np.array([[0.0, 1.0], [2.0, 5.0]])
+    assert_allclose(interpolated(np.array([0.5, 9.0, -1.0]), np.array([0.0, 1.0]), rows), [[1, 3], [2, 5], [0, 1]])

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, lengths_along, own
+from compgen.core.arrays import Array, BoolArray, IntArray, interpolated, lengths_along, own
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.robot.configuration import posture_indices
@@ -365,7 +365,7 @@ def smoothed(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion)
     theta = window.theta if motion.space == "joint" else None
     rows = np.column_stack([window.position if theta is None else theta, window.arc])
     if len(window.corner):
-        rows = np.column_stack([np.interp(commanded, window.time, column) for column in rows.T])
+        rows = interpolated(commanded, window.time, rows)
     if motion.is_smooth:
         rows = smooth(rows, robot.controller.period / PARTS, motion, _spread(window, motion, commanded))
     moved, way = rows[:, :-1], rows[:, -1]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, interpolated
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.uncertain_sources import Quantity
@@ -108,7 +108,7 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
         state = state_after(heat, (replace(job.history.standing, duration=last - end),), state, air)
     sensed = np.array([name in log.readings for name in heat.names])
     own = np.where(sensed, EACH * job.cell.warmth.sensors, HEIGHT * np.abs(fitted.rise[-1]))
-    rise = np.column_stack([np.interp(when, fitted.time, column) for column in fitted.rise.T])
+    rise = interpolated(when, fitted.time, fitted.rise)
     return Forecast(
         cell=replace(job.cell, heat=heat.starting(state)),
         history=replace(job.history, before=(), air=air),

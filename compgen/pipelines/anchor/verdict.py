@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from compgen.core.arrays import Array, rms
+from compgen.core.arrays import Array, interpolated, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import MINUTE, MM, UM
@@ -157,7 +157,7 @@ def refuse_other_hour(forecast: Forecast, touches: Touches, innovation: Innovati
     rates = innovation.H[:, :K]
 
     def rises(shift: float) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        return np.column_stack([np.interp(when + shift, time, column) for column in course.T])[innovation.touch]
+        return interpolated(when + shift, time, course)[innovation.touch]
 
     now, tried = rises(0.0), np.arange(time[0] - when.min(), time[-1] - when.max(), STEP)
     for shift in tried[np.abs(tried) >= 2 * STEP].tolist():

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, lengths_along, row_norms
+from compgen.core.arrays import Array, IntArray, interpolated, lengths_along, row_norms
 from compgen.core.commands import Command
 from compgen.core.rotations import interpolate_rotation, relative_rotation
 from compgen.core.units import DEG, MM
@@ -135,10 +135,10 @@ def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array])
     if not (length[0][-1] and length[1][-1]):
         return None
     at = length[0] * (length[1][-1] / length[0][-1])  # the lengths of one path differ by what chords cut off
-    if row_norms(_interpolated(at, length[1], planned[1]) - planned[0]).max() > SAME_PATH:
+    if row_norms(interpolated(at, length[1], planned[1]) - planned[0]).max() > SAME_PATH:
         return None
     corrections = [text.position - points for text, points in zip(texts, planned, strict=True)]
-    moved = _interpolated(at, length[1], corrections[1]) - corrections[0]
+    moved = interpolated(at, length[1], corrections[1]) - corrections[0]
     segment = np.clip(np.searchsorted(length[1], at, side="right") - 1, 0, len(length[1]) - 2)
     share = (at - length[1][segment]) / np.maximum(np.diff(length[1])[segment], np.finfo(float).tiny)
     rotation = texts[1].rotation
@@ -157,10 +157,6 @@ def _by_nearest(one: Commanded, other: Commanded) -> Movement:
         angle=None,
         back=distance_to_path(other.position, drawn(one)),
     )
-
-
-def _interpolated(at: Array, length: Array, rows: Array) -> Array:
-    return np.column_stack([np.interp(at, length, column) for column in rows.T])
 
 
 def _in_world(output: Output, text: Commanded) -> Commanded:

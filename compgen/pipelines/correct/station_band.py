@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, lengths_along, rms, row_norms
+from compgen.core.arrays import Array, IntArray, interpolated, lengths_along, rms, row_norms
 from compgen.core.pose import IDENTITY, Pose
 from compgen.error_model.uncertain_sources import Cause
 from compgen.job.job import Cell
@@ -186,7 +186,7 @@ def fly_draws(
             start = some_start(ensemble, rng)
             known = error(result.cell, start)
         off = error(changed_cell(result.cell, uncertainty.parameters, cause), start, cause.heat.air)
-        beside = np.column_stack([np.interp(at, rows, column) for column in field.T])
+        beside = interpolated(at, rows, field)
         size = row_norms(off + beside)[judged]
         # of the components a program that exists has the size alone; no other is promised
         extent = Extent(float(size.max()), percentile99(size, length), rms(size, length), 0.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, interpolated
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
@@ -116,7 +116,7 @@ def _written(time: Array, numbers: Array, logger: Logger) -> bytes:
     at = at[rng.random(len(at)) >= logger.dropped]
     late = at + logger.jitter * rng.uniform(-1, 1, len(at))
     shown = np.maximum.accumulate(np.round((1 + logger.rate) * late + logger.offset, 6))
-    rows = np.column_stack([np.interp(at, time, column) for column in numbers.T])
+    rows = interpolated(at, time, numbers)
     degrees = logger.noise / DEG  # of a joint: as much at a metre
     scale = np.full(6, degrees) if logger.joints else np.array([logger.noise / MM] * 3 + [degrees] * 3)
     rows = np.round(rows + scale * rng.normal(size=rows.shape), logger.digits) + 0.0

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from compgen.compensation.problem import Settings, Solution, Solver, Status
-from compgen.core.arrays import Array, IntArray, norm, numbered, row_norms
+from compgen.core.arrays import Array, IntArray, interpolated, norm, numbered, row_norms
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
@@ -293,7 +293,7 @@ def _flown_places(path: ToolPath, deviation: Deviation) -> tuple[Array, Array]:
     at = np.append(gap + part / parts[gap], len(parts))
     number = np.arange(len(parts) + 1)
     arc = np.interp(at, number, deviation.arc)
-    error = np.column_stack([np.interp(at, number, column) for column in deviation.error.T])
+    error = interpolated(at, number, deviation.error)
     segment = segments(arc)
     fraction = (arc - path.arc[segment]) / np.diff(path.arc)[segment]
     place = path.exact.in_frame(path.at(segment, np.clip(fraction, 0, 1)).pose).position

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, frozen, owns, rms, row_norms
+from compgen.core.arrays import Array, BoolArray, frozen, interpolated, owns, rms, row_norms
 from compgen.core.evaluation import map_blocks
 from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
@@ -208,6 +208,6 @@ def _displaced(path: ToolPath, executions: Iterator[Execution], arc: Array, fiel
     gaps = np.diff(path.arc)
     for execution in executions:
         at = path.arc[execution.segment] + execution.fraction * gaps[execution.segment]
-        displacement = np.column_stack([np.interp(at, arc, column) for column in field.T])
+        displacement = interpolated(at, arc, field)
         actual = execution.actual
         yield replace(execution, actual=Pose(frozen(actual.position + displacement), actual.rotation))

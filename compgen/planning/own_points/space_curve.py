@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from compgen.core.arrays import Array, BoolArray, IntArray, lengths_along, numbered, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, interpolated, lengths_along, numbered, row_norms
 from compgen.planning.curves import CUBIC, DEGREE, SEGMENTS, PiecewiseCurve, join
 
 FIRST_KNOTS = 32  # points from knot to knot, to begin with
@@ -204,12 +204,9 @@ def _with_straights(points: LocalPoints) -> tuple[LocalPoints, IntArray]:
     position, to = position[order], np.concatenate(row)[order]
     index = np.arange(len(step) + 1)
 
-    def drawn(values: Array) -> Array:
-        return np.column_stack([np.interp(position, index, column) for column in values.T])
-
     added = position != np.round(position)
     stop = points.stop[to] & ~added
-    place, tilt = drawn(points.place), drawn(points.tilt)
+    place, tilt = (interpolated(position, index, values) for values in (points.place, points.tilt))
     return LocalPoints(place, tilt, points.contact[to], stop, points.pace[to]), np.flatnonzero(added)
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, owns, unit
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, interpolated, owns, unit
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.robot.joint_path import arm_spread
@@ -112,7 +112,7 @@ class ProgramCourse:
 
     def place(self, arc: Array) -> Array:
         """Positions at arc lengths, (M, 3) [m]."""
-        return np.column_stack([np.interp(arc, self.arc, column) for column in self.position.T])
+        return interpolated(arc, self.arc, self.position)
 
     def rotation_at(self, arc: Array) -> Array:
         """Orientations at arc lengths (M,) [m], turning steadily over each way, (M, 3, 3)."""
