@@ -199,13 +199,11 @@ def _raster(table: RasterTable, boundary: Boundary | None, file: str, lift: floa
         return sweeps.turned(angle) if angle else sweeps
 
     angle = table.angle_deg * DEG
-    try:
+    with naming_file(file):
         first = sweeps_at(angle)
         if not table.cross_hatch:
             return first, clip
         return patterns.cross_hatch(first, sweeps_at(angle + RIGHT_ANGLE), lift), clip
-    except InputError as exception:
-        raise InputError(f"{file}: {exception}") from exception
 
 
 def _spiral(table: SpiralTable, boundary: Boundary | None, file: str) -> PiecewiseCurve:
@@ -293,10 +291,8 @@ def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> s
     for key, value in numbers.items():
         if value is None:
             raise InputError(f"{file}: surface.{key}: missing; a conic needs it")
-    try:
+    with naming_file(file):
         return surfaces.conic(origin, *(float(v or 0.0) for v in numbers.values()))
-    except InputError as exception:
-        raise InputError(f"{file}: {exception}") from exception
 
 
 class TaughtTouchTable(Table):

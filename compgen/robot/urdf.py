@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arrays import Array, owns
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import MOST_TABLE_BYTES, read_named
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix
@@ -60,10 +60,8 @@ def read_urdf(source: str) -> UrdfArm:
     if longest > MOST_LENGTH:
         raise InputError(f"{source}: a link of {longest:g} m; a URDF file is in metres: is it in mm? export it anew")
     line, point = _lines(joints)
-    try:
+    with naming_file(source):
         arm = class_arm(Axes(line, point, _poses(joints, np.zeros((1, 6)))[0]))
-    except InputError as exception:
-        raise InputError(f"{source}: {exception}") from None
     q = 2 * np.pi * spread_joints(1000)
     ours, its = arm.flange_pose(q), _poses(joints, q)
     off = float(np.abs(ours.position + arm.origin - its.position).max())

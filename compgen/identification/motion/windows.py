@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, interpolated, lengths_along, own
+from compgen.core.arrays import Array, BoolArray, IntArray, interpolated, lengths_along, owns
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.robot.configuration import posture_indices
@@ -59,6 +59,10 @@ SLOW = 0.1  # of the smoothing's length, by which a clock falls behind where a m
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@owns(
+    position=("K", 3), arc=("K",), time=("K",), spread=("K",), corner=("P",), kept=("P",), before=("P",),
+    shown=("R",), place=("R", 3), row_arc=("R",), off=("R", 3), block=("R",), ramp=("R",),
+)  # fmt: skip
 class Window:
     """K samples of the command and R rows of the log."""
 
@@ -81,11 +85,6 @@ class Window:
     rate: float  # of the written speeds
     is_whole: bool  # from stop to stop
     first: float  # [s] how long the statement lasts that its run begins with
-
-    def __post_init__(self) -> None:
-        own(self, position=("K", 3), arc=("K",), time=("K",), corner=("P",), kept=("P",))
-        own(self, before=("P",), spread=("K",))
-        own(self, shown=("R",), place=("R", 3), row_arc=("R",), off=("R", 3), block=("R",), ramp=("R",))
 
 
 def windows_of(run: ExecutedRun, robot: Robot) -> list[Window]:

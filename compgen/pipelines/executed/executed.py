@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import naming_file
 from compgen.core.files import PROVENANCE
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
@@ -133,10 +133,8 @@ def judge_and_fit(
     others = [*also, *([("the planned program", text.planned)] if text.planned is not None else [])]
     likenesses, findings = list[Likeness](), list[Finding]()
     for name, content in others:
-        try:
+        with naming_file(name):
             other = situation.course(content)
-        except InputError as failure:
-            raise InputError(f"{name}: {failure}") from failure
         like = likeness(course, deviation, followed, name, other)
         if like is not None:
             likenesses.append(like)

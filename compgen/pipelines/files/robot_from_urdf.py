@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.units import DEG, MM
 from compgen.pipelines.files.robot_file import arm_of
 from compgen.robot.urdf import UrdfArm, read_urdf
@@ -93,10 +93,8 @@ def robot_from_urdf(source: str, *, coupled: bool) -> tuple[str, str]:
             f"{source}: joints 2 and 3 do not count as FANUC's do, whose joint 3 is J2 + J3; say --j3 alone"
         )
     text = _text(read, name, Path(source).name, coupled=coupled)
-    try:
+    with naming_file(source):
         arm_of(tomllib.loads(text), text, "its robot file")  # one that would not load is refused here
-    except InputError as failure:
-        raise InputError(f"{source}: {failure}") from None
     return name, text
 
 
