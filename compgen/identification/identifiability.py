@@ -161,8 +161,9 @@ def unobservable(model: ArmModel, data: Measurements, fitted: Fit) -> Iterator[F
     directions = unseen_directions(model, data, fitted)
     if directions:
         more = f", and {len(directions) - NAMED} more" if len(directions) > NAMED else ""
-        message = f"no row sees {'; '.join(directions[:NAMED])}{more}: held near nominal by the priors"
-        yield Finding.of(Code.UNOBSERVABLE, message)
+        yield Finding.of(
+            Code.UNOBSERVABLE, f"no row sees {'; '.join(directions[:NAMED])}{more}: held near nominal by the priors"
+        )
 
 
 def unseen_directions(model: ArmModel, data: Measurements, fitted: Fit) -> list[str]:

@@ -139,13 +139,14 @@ def _frames_told_apart(
     """What is said where poses hardly turn the tool; refused where instrument and reflectors do not stay."""
     if not identifiability.frames_condition <= ILL:
         stays = _frames_stay(nominal, selected)
-        message = (
+        yield Finding(
+            Level.WARNING if stays else Level.REFUSED,
+            Code.FRAMES,
             f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
             f"{'instrument' if (data.kind == PLACE).all() else 'spheres or sockets'} and of what the flange carries "
             "can hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
-            "second reflector"
+            "second reflector",
         )
-        yield Finding(Level.WARNING if stays else Level.REFUSED, Code.FRAMES, message)
 
 
 def _refuse_unexplained(robot: Robot, selected: FittedCandidate) -> Iterator[Finding]:
@@ -196,8 +197,9 @@ def _held_by_prior(model: ArmModel, weak: Sequence[int]) -> Iterator[Finding]:
     if weak:
         names = ", ".join(model.parameters[k].name for k in weak[:6])
         more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
-        message = f"the data says little of {names}{more}: their priors hold them near nominal"
-        yield Finding(Level.NOTE, Code.HELD, message)
+        yield Finding(
+            Level.NOTE, Code.HELD, f"the data says little of {names}{more}: their priors hold them near nominal"
+        )
 
 
 def poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:

@@ -87,8 +87,9 @@ def with_temperatures(
         *_gaps(log, data.time),
     ]
     if filled.loose:
-        message = f"{source}: {filled.loose} readings far from their neighbours are left out"
-        findings.append(Finding.of(Code.LOG_LOOSE, message))
+        findings.append(
+            Finding.of(Code.LOG_LOOSE, f"{source}: {filled.loose} readings far from their neighbours are left out")
+        )
     if modelled:
         names = ", ".join(heat.names[k] for k in modelled)
         message = f"{source}: no sensor on {names}: their rises are modelled from the others, in the file's proportions"

@@ -55,16 +55,7 @@ def executed_summary(run: ExecutedRun, text: ProgramText, robot: Robot, bound: f
             "to": course.point_name(last),
         },
         **_times(run),
-        "deviation": {
-            name: {
-                "max_um": e.max / UM,
-                "p99_um": e.p99 / UM,
-                "rms_um": e.rms / UM,
-                "at": run.course.point_name(e.where),
-                "at_mm": e.where / MM,
-            }
-            for name, e in run.deviation.extents.items()
-        },
+        "deviation": _deviation(run),
         "bounds": {} if bound is None else {"max_um": round(bound / UM, 9)},
         "also": [
             {
@@ -76,6 +67,20 @@ def executed_summary(run: ExecutedRun, text: ProgramText, robot: Robot, bound: f
             for like in run.likeness
         ],
         "provenance": {"compgen": __version__, "robot": robot.name},
+    }
+
+
+def _deviation(run: ExecutedRun) -> dict[str, Any]:
+    """Each kind of it, and where it is largest."""
+    return {
+        name: {
+            "max_um": e.max / UM,
+            "p99_um": e.p99 / UM,
+            "rms_um": e.rms / UM,
+            "at": run.course.point_name(e.where),
+            "at_mm": e.where / MM,
+        }
+        for name, e in run.deviation.extents.items()
     }
 
 

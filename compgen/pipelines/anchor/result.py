@@ -81,8 +81,9 @@ def _touch_findings(anchored: Anchored) -> Iterator[Finding]:
     if hypothesis.touch >= 0:
         off = np.linalg.norm(seen.y[seen.touch == hypothesis.touch])
         label = touches.label[hypothesis.touch]
-        message = f"{label}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
-        yield Finding.of(Code.ANCHOR_TOUCH, message)
+        yield Finding.of(
+            Code.ANCHOR_TOUCH, f"{label}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
+        )
     if hypothesis.noise > 1:
         yield Finding.of(Code.ANCHOR_NOISE, f"touches scatter {hypothesis.noise:g} times as much as their sigma says")
     for n in np.flatnonzero(anchored.left.E_n > E_N).tolist():

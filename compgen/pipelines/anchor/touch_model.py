@@ -258,5 +258,6 @@ def unreached(artefact: Artefact, targets: Targets, ways: Ways) -> Iterator[Find
             f"('{missed[0]}' at World {x:.0f} {y:.0f} {z:.0f} mm); check [artefact] frame and places"
         )
     if missed:
-        message = f"{', '.join(missed)}: no way to touch it in the program's posture: left out"
-        yield Finding.of(Code.TOUCHES_REACH, message)
+        yield Finding.of(
+            Code.TOUCHES_REACH, f"{', '.join(missed)}: no way to touch it in the program's posture: left out"
+        )

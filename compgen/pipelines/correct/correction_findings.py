@@ -141,8 +141,9 @@ def _missing_bound(result: Correction) -> Iterator[Finding]:
     given = result.options.bound is not None or result.options.guaranteed is not None
     if not given and result.judged.any():
         after = result.residual.distance[result.judged].max() / UM
-        message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
-        yield Finding.of(Code.BOUNDS_NONE, message)
+        yield Finding.of(
+            Code.BOUNDS_NONE, f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
+        )
 
 
 def _source_findings(result: Correction) -> Iterator[Finding]:

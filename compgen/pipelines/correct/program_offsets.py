@@ -117,8 +117,9 @@ def _not_shifted(full: Correction) -> Iterator[Finding]:
     """What an offset does not move, or moves already."""
     poses = full.plan.poses
     if joints := int(poses.joint_form.sum()):
-        message = f"{joints} positions in joint form: no offset and no user frame moves them"
-        yield Finding.of(Code.OFFSETS_JOINT_FORM, message)
+        yield Finding.of(
+            Code.OFFSETS_JOINT_FORM, f"{joints} positions in joint form: no offset and no user frame moves them"
+        )
     if poses.placements.of_motion:
         message = "some motions have an Offset or a frame of their own already: add the register's numbers to theirs"
         yield Finding.of(Code.OFFSETS_DOUBLED, message)

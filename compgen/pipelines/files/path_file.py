@@ -50,6 +50,7 @@ from compgen.planning.own_points.tables import (
 from compgen.planning.tables import (
     MAX_LEAD,
     AnyPattern,
+    ProcessTable,
     RasterTable,
     Shape,
     leaning_pattern,
@@ -257,6 +258,21 @@ def _settings(path: PathFile, cell: Cell) -> Settings:
     )
 
 
+def _process(table: ProcessTable, acc: int | None) -> Process:
+    """How a path is driven; ``acc`` is the controller's [%]."""
+    return Process(
+        feed=table.feed_mm_s * MM,
+        chord=table.chord_um * UM,
+        spacing=table.spacing_mm * MM,
+        arcs=table.moves == "arcs",
+        thin=None if table.thin_um is None else table.thin_um * UM,
+        lift=table.lift_mm * MM,
+        lead_in=table.lead_in,
+        stop_on_the_part=table.page_stops == "anywhere",
+        acc=table.acc_percent if table.acc_percent is not None else acc,
+    )
+
+
 def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[ProgramPlan, tuple[Finding, ...]]:
     """What a path file's program does, and what was changed in it for the play of a cell's robot."""
     frame = frame_of(path.frame, cell.robot.controller.decimals, source)
@@ -291,17 +307,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     program = ProgramPlan(
         source=source,
         path=PathPlan(pattern=pattern, surface=surface, boundary=edge, frame=frame, tolerance=tolerance),
-        process=Process(
-            feed=process.feed_mm_s * MM,
-            chord=process.chord_um * UM,
-            spacing=process.spacing_mm * MM,
-            arcs=process.moves == "arcs",
-            thin=None if process.thin_um is None else process.thin_um * UM,
-            lift=process.lift_mm * MM,
-            lead_in=process.lead_in,
-            stop_on_the_part=process.page_stops == "anywhere",
-            acc=process.acc_percent if process.acc_percent is not None else controller.acc,
-        ),
+        process=_process(process, controller.acc),
         tool=tool,
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
     )

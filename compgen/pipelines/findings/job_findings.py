@@ -146,8 +146,9 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             if short
             else ("joint limits bind there")
         )
-        message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
-        yield Finding.of(Code.TIMING_BELOW_FEED, message)
+        yield Finding.of(
+            Code.TIMING_BELOW_FEED, f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
+        )
     if abs(feed - job.feed) > SAME_FEED * job.feed:
         yield Finding.of(
             Code.TIMING_FEED,

@@ -160,12 +160,13 @@ def _not_looked_at(robot: Robot, where: str, level: Level) -> Finding:
             _um(EXAMPLE_SPEED**2 * motion.variance / (2 * EXAMPLE_RADIUS))
             for motion in (seen.lowest, seen.expected, seen.highest)
         )
-        message = (
+        return Finding(
+            level,
+            Code.MOTION_UNKNOWN,
             f"{WHAT} is not known, and not looked at {where}: it pulls bends inwards, on a radius of "
             f"{EXAMPLE_RADIUS / MM:g} mm at {EXAMPLE_SPEED / MM:g} mm/s by an expected {expected} um "
-            f"({span_words(expected, lowest, highest)}), by {BASIS[seen.evidence]}"
+            f"({span_words(expected, lowest, highest)}), by {BASIS[seen.evidence]}",
         )
-        return Finding(level, Code.MOTION_UNKNOWN, message)
     words = motion_words(robot.motion)
     message = f"{WHAT} as [motion] has it ({words}) is not looked at {where}: cgen generate predicts it"
     return Finding(level, Code.MOTION_KNOWN, message)
@@ -261,14 +262,15 @@ def lead_findings(
     beyond = effect.known and caused > bounds.least
     leads = f"{motion_words(effect.motion)} lead" if effect.known else "the controller is expected to lead"
     raised = worst.needed <= MAX_LEAD * MM
-    message = (
+    yield Finding(
+        Level.WARNING if beyond else Level.NOTE,
+        Code.MOTION_LEAD,
         f"{leads} the tool off its path on the part by {_um(caused)} um for a bend {worst.bend:.3f} m along: "
         f"{worst.length / MM:.1f} mm lie between it and the edge, {np.ceil(worst.needed / MM - 1e-6):.0f} are "
         f"needed at {worst.speed / MM:.4g} mm/s (such places: {len(short)}); "
         f"{'raise path.lead_mm to that' if raised else 'lower process.feed_mm_s'}, or stop at the bend: "
-        'path.turn = "square", or stop = 1 in points of your own'
+        'path.turn = "square", or stop = 1 in points of your own',
     )
-    yield Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_LEAD, message)
 
 
 def short_leads(path: ToolPath, off: Array, speed: Array, reach: Reach) -> Iterator[ShortLead]:

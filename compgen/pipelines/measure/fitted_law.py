@@ -67,11 +67,12 @@ def law_finding(source: str, fitted: FittedLaw) -> Finding:
     """What a log says of the law of an arm's nodes, in words."""
     if not fitted.is_plausible:
         name = fitted.law.names[int(np.argmax(fitted.ratio))]
-        message = (
+        return Finding(
+            Level.WARNING,
+            Code.HELD,
             f"{source}: {name} warms otherwise than any arm, by {fitted.ratio.max():.1f} sigmas of what a node can be: "
-            "rise_K and tau_h of all nodes stay; look whether its sensor is on another part"
+            "rise_K and tau_h of all nodes stay; look whether its sensor is on another part",
         )
-        return Finding(Level.WARNING, Code.HELD, message)
     seen = [f"{n} {rise:.1f} +- {s:.1f} K in {tau / HOUR:.1f} h" for n, rise, tau, s in fitted.rows() if np.isfinite(s)]
     unseen = ", ".join(n for n, _, _, s in fitted.rows() if np.isnan(s))
     words = [f"rise_K and tau_h are fitted to the log: {', '.join(seen)}"] if seen else []

@@ -194,8 +194,9 @@ def _findings(
             "corrected twice; leave --nominal out",
         )
     if log is None:
-        message = "taken as taught by a cold arm; if it was warm, give its log with --temperatures"
-        yield Finding.of(Code.FRAME_COLD, message)
+        yield Finding.of(
+            Code.FRAME_COLD, "taken as taught by a cold arm; if it was warm, give its log with --temperatures"
+        )
     if nominal:
         return
     if not any(k.sigma for k in arm.known):

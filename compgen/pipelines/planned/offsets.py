@@ -136,8 +136,9 @@ def _offset_findings(uframe: int, ways: tuple[Offset, ...]) -> Iterator[Finding]
         )
     useless = [way.kind for way in ways[1:-1] if way.left.rms > USELESS * ways[0].left.rms]
     if useless:
-        message = f"{', '.join(useless)}: leaves no less than nothing does: what errs is not one shift"
-        yield Finding.of(Code.OFFSETS_USELESS, message)
+        yield Finding.of(
+            Code.OFFSETS_USELESS, f"{', '.join(useless)}: leaves no less than nothing does: what errs is not one shift"
+        )
 
 
 def offsets_of_job(job: Job, progress: Progress) -> Offsets:

@@ -155,11 +155,12 @@ def _off_surface(points: GivenPoints, off: Array, kind: str, what: str) -> Itera
     """How far (M,) [m] points on the part are from a surface that only says how the tool stands on them."""
     off = off[points.contact]
     if not np.abs(off).max(initial=0.0) <= OFF_SURFACE:
-        message = (
+        yield Finding(
+            Level.WARNING if off.min() < -OFF_SURFACE else Level.NOTE,
+            Code.SURFACE_MESH,
             f"on the part the points of {points.source} are {off.min() / MM:.2f} to {off.max() / MM:.2f} mm from the "
-            f"{kind} (below 0: in it), and the tool goes where they are: compare {what}"
+            f"{kind} (below 0: in it), and the tool goes where they are: compare {what}",
         )
-        yield Finding(Level.WARNING if off.min() < -OFF_SURFACE else Level.NOTE, Code.SURFACE_MESH, message)
 
 
 def through(table: OwnPoints) -> str:
@@ -292,11 +293,12 @@ def _cut_in(curve: PiecewiseCurve, mesh: Mesh, above: float, allowed: float) -> 
     worst = int(np.argmax(depth))
     if not depth[worst] <= allowed:
         x, y = xy[worst] / MM
-        message = (
+        yield Finding(
+            Level.WARNING,
+            Code.SURFACE_MESH,
             f"the path cuts {depth[worst] / UM:.0f} um into the mesh at x {x:.1f}, y {y:.1f} mm, which bends there "
-            "more than points on it show; export it finer, or keep off that place (path.lead_mm, [boundary])"
+            "more than points on it show; export it finer, or keep off that place (path.lead_mm, [boundary])",
         )
-        yield Finding(Level.WARNING, Code.SURFACE_MESH, message)
 
 
 def _size(mesh: Mesh, laid: Laid) -> str:

@@ -129,8 +129,9 @@ def _of_identity(
         elif like.is_sure:
             yield Finding.of(Code.EXECUTED_THIS, f"the robot ran this program, not {like.name} ({differs})")
         else:
-            message = f"the log does not show whether this program or {like.name} ran: {differs}"
-            yield Finding.of(Code.EXECUTED_UNSURE, message)
+            yield Finding.of(
+                Code.EXECUTED_UNSURE, f"the log does not show whether this program or {like.name} ran: {differs}"
+            )
     largest = deviation.extents["total"].max if deviation.extents else 0.0
     offset = None if any(like.is_other for like in likenesses) else _offset_or_older(course, followed, deviation)
     if offset is not None:
@@ -293,8 +294,9 @@ def _of_log(followed: FollowedLog, deviation: PathDeviation) -> Iterator[Finding
         )
     if deviation.away:
         away = counted(deviation.away, "row", "rows")
-        message = f"{away} between the first and the last, over 20 mm off the path, not judged"
-        yield Finding.of(Code.EXECUTED_AWAY, message)
+        yield Finding.of(
+            Code.EXECUTED_AWAY, f"{away} between the first and the last, over 20 mm off the path, not judged"
+        )
     unjudged = 1 - float(np.mean(deviation.judged))
     if unjudged > 0.01:
         message = f"{100 * unjudged:.0f} % of the rows are not judged: there the joints move, or the way is not certain"
