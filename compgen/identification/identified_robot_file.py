@@ -9,7 +9,7 @@ lost motion, which reversal runs tell before the fit, stand alone.
 """
 
 import tomllib
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -269,30 +269,29 @@ def text_with_nodes(text: str, values: Mapping[str, Mapping[str, float]]) -> str
     return str(tomlkit.dumps(document))
 
 
-def sensorless_findings(nodes: Sequence[SensorlessNode], *, is_written: bool) -> list[Finding]:
+def sensorless_findings(nodes: Sequence[SensorlessNode], *, is_written: bool) -> Iterator[Finding]:
     """What was fitted of nodes without a sensor, in words.
 
     Args:
         nodes: As fitted.
         is_written: Whether the robot file can carry it: nodes, not a network.
     """
-    findings = []
     for node in nodes:
         if node.is_known:
             ending = "rise_K and tau_h are written" if is_written else "a network's file cannot carry it: not written"
-            message = (
+            yield Finding.of(
+                Code.LOG_FITTED,
                 f"{node.name} has no sensor: it rose {node.height:.2f} +- {node.height_sigma:.2f} times what the file "
-                f"says beside the others, with {node.lag:.2f} times its time constant; {ending}"
+                f"says beside the others, with {node.lag:.2f} times its time constant; {ending}",
             )
-            findings.append(Finding.of(Code.LOG_FITTED, message))
         elif not node.is_plausible:
-            message = (
+            yield Finding(
+                Level.WARNING,
+                Code.HELD,
                 f"{node.name} has no sensor: the fit asks for {node.height:.3g} times its rise with {node.lag:.3g} "
                 f"times its time constant, beyond {PLAUSIBLE:g} sigmas of what a node can be: the log does not show "
-                "it, its rise_K and tau_h stay; put a sensor on it"
+                "it, its rise_K and tau_h stay; put a sensor on it",
             )
-            findings.append(Finding(Level.WARNING, Code.HELD, message))
-    return findings
 
 
 def posterior_of(

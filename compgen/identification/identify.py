@@ -1,6 +1,6 @@
 r"""Identification: check the measurements, fit the candidate models, select one by cross-validation, judge it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -209,7 +209,7 @@ def _ranges(joints: Array) -> Array:
 
 def _left(
     data: Measurements, selected: FittedCandidate, limits: FitLimits, chosen: Sequence[SymbolicSource]
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """What the selected model leaves at places that it has not seen."""
     distance, originals = selected.cross_validation.distance, [source.original for source in chosen]
     return left_findings(data, distance, selected.fit.outlier, limits.repeatability, originals)

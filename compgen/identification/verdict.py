@@ -89,7 +89,7 @@ def set_aside_findings(label: Sequence[str], rows: IntArray, distance: Array, us
 
 def left_findings(
     data: Measurements, distance: Array, outlier: BoolArray, repeatability: float | None, sources: Iterable[Source]
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """What is said where rows that no fit saw are further off than an instrument and repeatability explain.
 
     Args:
@@ -102,18 +102,16 @@ def left_findings(
     """
     has_masses = any(isinstance(source, LoadDependent) and source.loads.have_weight for source in sources)
     sag = "" if has_masses else "; sag was not fitted: masses are missing, give [sources.loads]"
-    findings = []
     for kind, words in ((PLACE, "places"), (TOUCH, "touches"), (DISTANCE, "distances")):
         squares = distance[(data.kind == kind) & ~outlier & np.isfinite(distance)] ** 2
         left = np.sqrt(squares.sum() / max(3 * len(squares), 1))
         explained = np.hypot(USUAL_NOISE[kind], repeatability or 0.0)
         if left > BEYOND * explained:
-            message = (
+            yield Finding.of(
+                Code.LEFT,
                 f"unseen {words} are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability "
-                f"explain {explained / UM:.0f}: the arm does what the model has not{sag}"
+                f"explain {explained / UM:.0f}: the arm does what the model has not{sag}",
             )
-            findings.append(Finding.of(Code.LEFT, message))
-    return findings
 
 
 def known_here_only(here: float, anywhere: float) -> list[Finding]:

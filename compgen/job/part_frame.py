@@ -1,6 +1,6 @@
 """The frame that a part stands in: from a path file's table or a frame's own file, and what its teaching means."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,38 +62,41 @@ def _rounded(number: int, place: Pose, taught: TaughtTable | None, decimals: int
     return PartFrame(number, place, printed_poses(Pose.stack([place]), decimals)[0], taught)
 
 
-def frame_findings(frame: PartFrame | None, robot_file_hash: str, nodes: Sequence[str]) -> Sequence[Finding]:
+def frame_findings(frame: PartFrame | None, robot_file_hash: str, nodes: Sequence[str]) -> Iterator[Finding]:
     """What a user must know of how the frame was taught; ``nodes`` are those of the arm's heat."""
     if frame is None:
-        return ()
+        return
     taught = frame.taught
     if taught is None:
-        message = (
+        yield Finding.of(
+            Code.FRAME_TAUGHT,
             "[frame] does not say how it was taught: touched on the pendant with a warm arm it holds the heat, which "
-            "would be corrected twice; teach it with cgen teach-frame, or say frame.taught"
+            "would be corrected twice; teach it with cgen teach-frame, or say frame.taught",
         )
-        return (Finding.of(Code.FRAME_TAUGHT, message),)
-    hottest = max(taught.rise_K.values(), default=0.0)
+        return
     if taught.through == "pendant":
-        if hottest > WARM:
-            message = (
-                f"the frame was taught on the pendant by an arm {hottest:.1f} K warm, without a model: the heat is in "
-                "it and would be corrected twice; teach it with cgen teach-frame"
-            )
-            return (Finding.of(Code.FRAME_HOT, message),)
-        message = "the frame was taught on the pendant: what the arm errs by at the touched places is in it"
-        return (Finding.of(Code.FRAME_PENDANT, message),)
-    findings = []
-    strange = [node for node in taught.rise_K if node not in nodes]
-    if strange:
+        yield _by_pendant(max(taught.rise_K.values(), default=0.0))
+        return
+    if strange := [node for node in taught.rise_K if node not in nodes]:
         message = f"frame.taught.rise_K: the robot file has no node '{strange[0]}': its rise does not count"
-        findings.append(Finding.of(Code.FRAME_TAUGHT, message + suggest(strange[0], nodes, listed=True)))
+        yield Finding.of(Code.FRAME_TAUGHT, message + suggest(strange[0], nodes, listed=True))
     if taught.robot_file and not taught.robot_file.endswith(robot_file_hash[:16]):
         message = f"the frame was taught through {taught.robot_file}, another robot file than this; teach it anew"
-        findings.append(Finding.of(Code.FRAME_MODEL, message))
+        yield Finding.of(Code.FRAME_MODEL, message)
     if any(taught.sigma_um):
         k2 = ", ".join(f"{2 * s:.0f}" for s in taught.sigma_um)
         tool = " by the probe that taught it" if taught.touches else ""
         message = f"the part's place is known to {k2} um (k = 2, World x, y, z){tool}: in the band, and in no bound"
-        findings.append(Finding.of(Code.FRAME_UNCERTAINTY, message))
-    return tuple(findings)
+        yield Finding.of(Code.FRAME_UNCERTAINTY, message)
+
+
+def _by_pendant(hottest: float) -> Finding:
+    """Of a frame that the pendant taught, its warmest node so warm [K]."""
+    if hottest > WARM:
+        return Finding.of(
+            Code.FRAME_HOT,
+            f"the frame was taught on the pendant by an arm {hottest:.1f} K warm, without a model: the heat is in it "
+            "and would be corrected twice; teach it with cgen teach-frame",
+        )
+    message = "the frame was taught on the pendant: what the arm errs by at the touched places is in it"
+    return Finding.of(Code.FRAME_PENDANT, message)

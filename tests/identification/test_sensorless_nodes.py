@@ -111,7 +111,7 @@ def test_its_height_is_fitted_along_and_written(truth, warm):
     before, after = (tomllib.loads(t)["thermal"]["node"] for t in (arm.text, text))
     assert after[NODE]["rise_K"] == pytest.approx(before[NODE]["rise_K"] * node.height, rel=1e-3)
     assert [n for k, n in enumerate(after) if k != NODE] == [n for k, n in enumerate(before) if k != NODE]
-    assert "j3 has no sensor" in sensorless_findings([node], is_written=True)[0].message
+    assert "j3 has no sensor" in next(sensorless_findings([node], is_written=True)).message
 
 
 @pytest.mark.parametrize(("height", "lag"), [(0.0, 10.0), (30.0, 0.0)])

@@ -121,7 +121,7 @@ def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
     distance = np.linalg.norm(place, axis=1)
     distance[wild], distance[3] = 500.0, np.nan
     sag = "sag was not fitted: masses are missing"
-    assert left_findings(data, 44e-6 * distance, wild, None, []) == []
+    assert not [*left_findings(data, 44e-6 * distance, wild, None, [])]
     (finding,) = left_findings(data, 46e-6 * distance, wild, None, [])
     assert finding.level is Level.WARNING
     assert "46 um off" in finding.message
@@ -136,8 +136,8 @@ def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
         [JointCompliance(np.zeros(6), np.zeros(6), replace(truth.arm.facts.loads, payload=10.0))],
     )
     assert sag not in finding.message
-    assert left_findings(data, 70e-6 * distance, wild, 40e-6, []) == []  # 1.5 x hypot(30, 40) um
-    assert len(left_findings(data, 76e-6 * distance, wild, 40e-6, [])) == 1
+    assert not [*left_findings(data, 70e-6 * distance, wild, 40e-6, [])]  # 1.5 x hypot(30, 40) um
+    assert len([*left_findings(data, 76e-6 * distance, wild, 40e-6, [])]) == 1
     of_distances = replace(data, ends=replace(data.ends, kind=np.full(len(data.pose), DISTANCE)))
     (finding,) = left_findings(of_distances, 46e-6 * distance, wild, None, [])
     assert finding.message.startswith("unseen distances are 46 um off")

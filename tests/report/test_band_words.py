@@ -245,7 +245,7 @@ def test_a_file_that_says_nothing_gets_assumptions_and_a_finding(tmp_path):
     (finding,) = assumed_findings(cell)
     assert "0.15" in finding.message or "15 % of missing physics" in finding.message
     assert cell.unknown == NOT_KNOWN
-    assert not assumed_findings(load_cell("m710ic50"))
+    assert not [*assumed_findings(load_cell("m710ic50"))]
 
 
 @pytest.mark.parametrize(

@@ -299,17 +299,17 @@ def _text_findings(result: Correction) -> Iterator[Finding]:
         yield Finding.of(Code.CORRECTION_MARK, message)
 
 
-def _frame_findings(result: Correction) -> Sequence[Finding]:
+def _frame_findings(result: Correction) -> Iterator[Finding]:
     """How the frame of the corrected positions was taught, where the frames table says it."""
     frames, frame = result.around.frames, part_frame_of(result.plan, result.around.frames)
-    if frame is not None or not frames.taught:
-        return frame_findings(frame, result.cell.robot_file_hash, result.cell.heat.names)
-    names = ", ".join(map(str, sorted(frames.taught)))
-    message = (
-        f"frame {names} of the frames table was taught; the corrected positions do not all stand in it, Cartesian, "
-        "with one tool, on an arm that nothing carries: how it was taught does not count"
-    )
-    return (Finding.of(Code.FRAME_TAUGHT, message),)
+    if frame is None and frames.taught:
+        names = ", ".join(map(str, sorted(frames.taught)))
+        yield Finding.of(
+            Code.FRAME_TAUGHT,
+            f"frame {names} of the frames table was taught; the corrected positions do not all stand in it, Cartesian, "
+            "with one tool, on an arm that nothing carries: how it was taught does not count",
+        )
+    yield from frame_findings(frame, result.cell.robot_file_hash, result.cell.heat.names)
 
 
 def _heat_findings(result: Correction) -> Iterator[Finding]:

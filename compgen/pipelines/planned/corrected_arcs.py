@@ -4,6 +4,7 @@ So what bounds, band, smoothness and mid-spatial content mean does not depend on
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -78,11 +79,7 @@ def time_corrected(planned: Planned, theta: Array, progress: Progress) -> Trajec
     """
     job, path = planned.job, planned.path
     robot = job.robot.at_acceleration(job.plan.process.acc)
-    feed = planned.feed * path.pace
-
-    def tell(share: float) -> None:
-        progress(stages.FINAL_TIMING, share)
-
+    feed, tell = planned.feed * path.pace, partial(progress, stages.FINAL_TIMING)
     if planned.dense is None:
         return retiming.retime(robot, path.arc, theta, path.stop, feed, tell, lines=True)
     dense, rows = planned.dense, planned.rows

@@ -1,5 +1,6 @@
 """The band of a planned program: its job's quantities as columns at waypoints along it, folded in ``verification``."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -72,27 +73,26 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
     return replace(band, parted=parted_by_teaching(at_few, place, weight[few], scale))
 
 
-def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
+def assumed_findings(cell: Cell) -> Iterator[Finding]:
     """Notes where the robot file leaves it to compgen how well it is known."""
-    warmth, findings = cell.warmth, []
+    warmth = cell.warmth
     drifting = {name.partition(".")[0] for name in (() if cell.state is None else cell.state.drifting)}
     guessed = [
         k.source.NAME for k in cell.known if not k.sigma and _has_values(k.source) and k.source.NAME not in drifting
     ]
     if guessed:
-        message = (
+        yield Finding.of(
+            Code.SOURCES_SIGMA,
             f"sources.{', '.join(guessed)}: no sigma: in the band their values are known no better than before any "
-            "measurement; identify the robot, or give sigma"
+            "measurement; identify the robot, or give sigma",
         )
-        findings.append(Finding.of(Code.SOURCES_SIGMA, message))
-    if not warmth.is_assumed:
-        return tuple(findings)
-    return *findings, Finding.of(
-        Code.THERMAL_UNCERTAINTY,
-        f"the robot file says nothing in [thermal.uncertainty]; the band assumes {warmth.law:g} K of law, "
-        f"{warmth.sensors:g} K of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, "
-        f"{warmth.missing / PERCENT:g} % of missing physics; give what is known",
-    )
+    if warmth.is_assumed:
+        yield Finding.of(
+            Code.THERMAL_UNCERTAINTY,
+            f"the robot file says nothing in [thermal.uncertainty]; the band assumes {warmth.law:g} K of law, "
+            f"{warmth.sensors:g} K of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, "
+            f"{warmth.missing / PERCENT:g} % of missing physics; give what is known",
+        )
 
 
 def _has_values(source: Source) -> bool:
