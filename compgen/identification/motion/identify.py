@@ -176,7 +176,7 @@ def identify(
         findings=(),
     )
     apart = _disagreement(plainest, function, block)
-    return replace(identified, findings=_findings(identified, robot.controller.period, apart))
+    return replace(identified, findings=tuple(_findings(identified, robot.controller.period, apart)))
 
 
 def _disagreement(fit: KindFit, function: Residuals, block: IntArray) -> float:
@@ -272,22 +272,20 @@ def _unseen(function: Residuals, block: IntArray) -> float:
     return unseen
 
 
-def _findings(identified: IdentifiedMotion, period: float, apart: float) -> tuple[Finding, ...]:
+def _findings(identified: IdentifiedMotion, period: float, apart: float) -> Iterator[Finding]:
     """What speaks against a controller, or against commanding by it, and that a lag is not seen."""
     kind = identified.chosen.kind
     known = f"sigma is {identified.sigma[0] / MS:.1f} to {identified.sigma[1] / MS:.1f} ms"
-    findings = [
-        *_refusals(identified, known, apart),
-        *(_reserves(identified, known, period) if kind.count else ()),
-    ]
+    yield from _refusals(identified, known, apart)
+    if kind.count:
+        yield from _reserves(identified, known, period)
     if identified.slowed > 0:
-        message = (
+        yield Finding.of(
+            Code.MOTION_SLOWED,
             f"{100 * identified.slowed:.0f} % of the rows are left out: there the robot had another speed than the "
-            "program says, by the controller or by its operator"
+            "program says, by the controller or by its operator",
         )
-        findings.append(Finding.of(Code.MOTION_SLOWED, message))
-    message = "a delay of the whole motion does not show in a log, and moves no path"
-    return (*findings, Finding.of(Code.MOTION_LAG, message))
+    yield Finding.of(Code.MOTION_LAG, "a delay of the whole motion does not show in a log, and moves no path")
 
 
 def _refusals(identified: IdentifiedMotion, known: str, apart: float) -> Iterator[Finding]:

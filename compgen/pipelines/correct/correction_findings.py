@@ -101,12 +101,13 @@ def _placement_findings(result: Correction) -> Iterator[Finding]:
         yield Finding.of(Code.REGISTERS_FORM, message)
 
 
-def _bound_findings(result: Correction) -> list[Finding]:
+def _bound_findings(result: Correction) -> Iterator[Finding]:
     judged = result.judged
     if not judged.any():
         message = "no position of this program can be corrected: it is unchanged; cgen inspect says what keeps them"
-        return [Finding.of(Code.CORRECTION_NONE, message)]
-    findings = job_findings.nothing_to_correct(result.cell)
+        yield Finding.of(Code.CORRECTION_NONE, message)
+        return
+    yield from job_findings.nothing_to_correct(result.cell)
     before, after = result.error.distance[judged], result.residual.distance[judged]
     worse = np.flatnonzero(after > before + ROUNDING)
     off = off_by_digits(result, np.flatnonzero(judged)[worse])
@@ -118,23 +119,23 @@ def _bound_findings(result: Correction) -> list[Finding]:
         place = _place_of(result, np.flatnonzero(judged)[k])
         message = f"{place}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
         message += ", in digits that are coarse" if level is Level.WARNING else ""
-        findings.append(Finding(level, Code.CORRECTION_WORSE, message))
+        yield Finding(level, Code.CORRECTION_WORSE, message)
     if (result.turn > 0).any():
         k, i = (int(index) for index in np.unravel_index(np.argmax(result.turn), result.turn.shape))
         line, way = _line_of(result, int(result.execution.station[k])), result.execution.fraction[k] < 1
-        message = (
+        yield Finding.of(
+            Code.CORRECTION_TURN,
             f"line {line}: {'on the way there, ' if way else ''}joint {result.cell.robot.joint_names[i]} turns by "
             f"{result.turn[k, i] / DEG:.2f} deg more from the planned to the corrected text than the correction "
-            "explains: a singularity is near; teach it elsewhere"
+            "explains: a singularity is near; teach it elsewhere",
         )
-        findings.append(Finding.of(Code.CORRECTION_TURN, message))
     bound = result.options.bound
     if bound is not None and after.max() > bound:
         place = _place_of(result, np.flatnonzero(judged)[np.argmax(after)])
         size = beyond_text(float(after.max()) / UM, bound / UM)
-        message = f"{place}: {size} um after correction, above the {bound / UM:g} um of --max-um"
-        findings.append(Finding.of(Code.BOUNDS_MAX, message))
-    return findings
+        yield Finding.of(
+            Code.BOUNDS_MAX, f"{place}: {size} um after correction, above the {bound / UM:g} um of --max-um"
+        )
 
 
 def _missing_bound(result: Correction) -> Iterator[Finding]:

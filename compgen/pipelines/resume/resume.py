@@ -226,21 +226,20 @@ def _join(planned: Planned, page: str, gap: float, lead: Program, deviation: Dev
     return Join(page=page, gap=gap, step=step_size, demanded=demanded, beyond=left, on_the_part=touching)
 
 
-def _join_findings(join: Join | None, written: WrittenJob, whole: Planned) -> list[Finding]:
+def _join_findings(join: Join | None, written: WrittenJob, whole: Planned) -> Iterator[Finding]:
     """A step on the part that is more than what has drifted, or worth knowing."""
     if join is None or not join.on_the_part:
-        return []
+        return
     contact = whole.path.contact
     off = [str(p.number) for p in written.pages if not contact[p.first] and p.name != join.page]
     mend = f"pages that begin off the part: {', '.join(off[:8])}" if off else "no page begins off the part"
     sizes = f"page {join.page} begins on the part: the tool steps by {join.step / UM:.1f} um at the stop there"
     if join.beyond > JOIN:
         message = f"{sizes}, {join.beyond / UM:.2f} um of it beyond what has drifted (at most {JOIN / UM:g}); {mend}"
-        return [Finding(Level.OUTSIDE, Code.RESUME_JOIN, message)]
-    if join.step > SEEN:
+        yield Finding(Level.OUTSIDE, Code.RESUME_JOIN, message)
+    elif join.step > SEEN:
         message = f"{sizes}, which is what has drifted, to {join.beyond / UM:.2f} um; {mend}"
-        return [Finding(Level.WARNING, Code.RESUME_JOIN, message)]
-    return []
+        yield Finding(Level.WARNING, Code.RESUME_JOIN, message)
 
 
 def _warmth_findings(planned: Planned) -> list[Finding]:
