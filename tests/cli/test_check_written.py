@@ -16,6 +16,7 @@ from compgen.verification.twin import prepare
 
 LINE = ROOT / "paths" / "line_y.toml"
 CIRCLE = ROOT / "paths" / "circle_1300.toml"
+SPIRAL = ROOT / "paths" / "spiral_1300.toml"
 DRAWS_UM = 0.05  # that a late start of some ms less may change
 STATE = ("--set", "before.0.duration_h=1", "--set", "ambient.value_degC=26")
 
@@ -81,6 +82,16 @@ def test_a_program_that_leaves_waypoints_out_is_flown_in_another_state(tmp_path,
     )
     _, other = report(CIRCLE, program, "--set", override, *STATE)
     assert 20 < other["on_part"]["after"]["total"]["max_um"] < 200
+
+
+@pytest.mark.parametrize("override", ["process.moves=arcs", "process.thin_um=2"])
+def test_waypoints_nearer_to_one_another_than_a_correction_is_long_are_told_apart(tmp_path, override):
+    """In the middle of a spiral they are 0.03 mm apart, and the correction is 0.12: the nearest is another one."""
+    words = (override, "path.diameter_mm=10", "path.turns=5")
+    program = written(tmp_path, SPIRAL, *words)
+    made = json.loads((program.parent / "report.json").read_text())["on_part"]["after"]["total"]
+    _, own = report(SPIRAL, program, *(word for item in words for word in ("--set", item)))
+    assert own["on_part"]["after"]["total"] == pytest.approx(made, abs=1e-3)
 
 
 MOTION = (

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core import stages
-from compgen.core.arrays import Array, IntArray, first_true, step_lengths
+from compgen.core.arrays import Array, BoolArray, IntArray, first_true, step_lengths
 from compgen.core.evaluation import done
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
@@ -156,7 +156,7 @@ def _positions_of(job: Job, path: ToolPath, program: Program) -> tuple[IntArray,
             f"it has {len(program.position)} positions, and {job.source} plans {len(path.arc)}: it is another path's "
             "program, or a page of one; give the file that cgen generate wrote for this path"
         )
-    rows = np.arange(len(path.arc)) if whole else _rows_of(path, written.position)
+    rows = np.arange(len(path.arc)) if whole else _rows_of(path, written.position, program.fine)
     if not whole:
         path = path.subset(rows, program.via if program.via.any() else None)
     moved = np.linalg.norm(written.position - path.target.position - path.balance, axis=1)
@@ -193,18 +193,26 @@ def _refuse_other_motion(planned: Planned, path: ToolPath, program: Program) -> 
         )
 
 
-def _rows_of(path: ToolPath, position: Array) -> IntArray:
-    """The waypoints that a program's positions stand for, where it leaves some out: the nearest, one after another."""
+def _rows_of(path: ToolPath, position: Array, fine: BoolArray) -> IntArray:
+    """The waypoints that a program's positions stand for, where it leaves some out: the nearest, one after another.
+
+    Stops are known by their order. Between them a position stands for the waypoint nearest to where it would be with
+    the correction of the one before it: on a tight curve waypoints lie nearer to one another than a correction is long.
+    """
+    text, plan = (np.union1d(np.flatnonzero(stops), [0, len(stops) - 1]) for stops in (fine, path.stop))
+    if len(text) != len(plan):  # which is refused by the first that differs
+        text, plan = text[[0, -1]], plan[[0, -1]]
     rows, at = [0], 0
-    lengths = step_lengths(position)
-    for k, length in enumerate(lengths.tolist(), 1):
-        left = len(lengths) - k  # positions that still follow
+    for k, length in enumerate(step_lengths(position).tolist(), 1):
+        stop = int(np.searchsorted(text, k))
+        left = int(text[stop]) - k  # positions until it
         last = int(np.searchsorted(path.arc, path.arc[at] + 1.6 * length + AHEAD, side="right"))
-        first, last = at + 1, min(max(last, at + 2), len(path.arc) - left)
+        first, last = at + 1, min(max(last, at + 2), int(plan[stop]) + 1 - left)
         if first >= last:
             raise InputError(f"P[{k + 1}]: it is none of this path's waypoints: it is another path's program")
-        near = np.linalg.norm(path.target.position[first:last] - position[k], axis=1)
-        at = first + int(np.argmin(near))
+        expected = position[k] - (position[k - 1] - path.target.position[at])
+        near = np.linalg.norm(path.target.position[first:last] - expected, axis=1)
+        at = first + int(np.argmin(near)) if left else last - 1
         rows.append(at)
     if rows[-1] != len(path.arc) - 1:
         raise InputError("it does not end where this path ends: it is another path's program")
