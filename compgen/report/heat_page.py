@@ -38,10 +38,17 @@ def runs_csv(job: Job, day: Timeline) -> bytes:
 
 
 def _csv(job: Job, columns: dict[str, Array], rise: Array) -> bytes:
-    """Columns (M,) by their names, and behind them the rises of a job's nodes, (M, K) [K]."""
-    head = ",".join([*columns, *(f"rise_{name}_K" for name in job.heat.names)])
+    """Columns (M,) by their names, and behind them the rises of a job's nodes, (M, K) [K]; times to the millisecond."""
+    names = [*columns, *(f"rise_{name}_K" for name in job.heat.names)]
     rows = np.column_stack([*columns.values(), rise])
-    return "\n".join([head, *(",".join(f"{v:.6g}" for v in row) for row in rows), ""]).encode()
+    said = [_seconds if name.endswith("_s") else "{:.6g}".format for name in names]
+    lines = (",".join(say(v) for say, v in zip(said, row, strict=True)) for row in rows)
+    return "\n".join([",".join(names), *lines, ""]).encode()
+
+
+def _seconds(time: float) -> str:
+    """A time of a day of any length, to the millisecond."""
+    return f"{round(time, 3):.12g}"
 
 
 def heat_json(job: Job, day: Timeline) -> bytes:
