@@ -97,7 +97,7 @@ def rounded_number(value: float) -> str:
         return "unknown"
     size = abs(float(f"{value:.3g}"))
     digits = 2 if size < 1 else max(0, 2 - int(np.floor(np.log10(size))))
-    return f"{value:,.{digits}f}"
+    return f"{value:z,.{digits}f}"
 
 
 def between(values: Array, unit: str) -> str:

@@ -205,5 +205,5 @@ def _where(places: Array, values: Array) -> str:
 
 def _sides(view: View) -> str:
     return "axes " + ", ".join(
-        f"{name} {low:,.0f} to {high:,.0f} mm" for name, low, high in zip("XYZ", view.low, view.high, strict=True)
+        f"{name} {low:z,.0f} to {high:z,.0f} mm" for name, low, high in zip("XYZ", view.low, view.high, strict=True)
     )

@@ -27,6 +27,7 @@ def test_a_curve_says_its_range_and_its_way(values, words):
     ("value", "words"),
     [
         (0.0, "0.00"),
+        (-0.001, "0.00"),
         (0.123, "0.12"),
         (1.234, "1.23"),
         (9.996, "10.0"),
