@@ -9,11 +9,13 @@ from compgen.core.units import HOUR
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.job.job import Job
+from compgen.thermal import Ambient
 from compgen.thermal.model import advance
 
 LONGEST = 16 * HOUR
 SHORTEST = 60.0  # s, that the search begins with
 HALVINGS = 40
+OF_A_WAVE, OF_A_RAMP, LEAST_STEP = 1 / 16, 1200.0, 120.0  # how far the search looks ahead in air that moves: share, [s]
 SAMPLES = 400  # waypoints that a window is judged at
 TOGETHER = 64  # windows at a time
 
@@ -67,11 +69,13 @@ def _windows(job: Job, model: ErrorModel, course: PromptMotion, first: IntArray,
         drift = np.linalg.norm(moved.reshape(-1, SAMPLES, 3) - now.reshape(-1, SAMPLES, 3)[which], axis=2).max(axis=1)
         return np.asarray(drift <= job.start_drift)
 
+    longest_step = _longest_step(job.history.air)
     low, high = np.zeros(len(first)), np.full(len(first), SHORTEST)
     unbounded, places = np.arange(len(first)), np.arange(len(first))
     while len(unbounded):
         unbounded = unbounded[is_allowed(high[unbounded], unbounded)]
-        low[unbounded], high[unbounded] = high[unbounded], 2 * high[unbounded]
+        low[unbounded] = high[unbounded]
+        high[unbounded] += np.minimum(high[unbounded], longest_step)
         unbounded = unbounded[low[unbounded] < LONGEST]
     bounded = places[low < LONGEST]
     low[low >= LONGEST] = LONGEST
@@ -81,6 +85,12 @@ def _windows(job: Job, model: ErrorModel, course: PromptMotion, first: IntArray,
         low[bounded] = np.where(allowed, middle, low[bounded])
         high[bounded] = np.where(allowed, high[bounded], middle)
     return low
+
+
+def _longest_step(air: Ambient) -> float:
+    """How far apart delays may be that are looked at: in air that moves what a delay adds comes and goes [s]."""
+    wave = OF_A_WAVE * air.period if air.amplitude else np.inf
+    return max(min(wave, OF_A_RAMP if np.ptp(air.rise) else np.inf), LEAST_STEP)
 
 
 def late_rise(job: Job, delay: Array | float, time: Array, state: Array, clock: Array | float) -> Array:

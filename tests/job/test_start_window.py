@@ -85,6 +85,24 @@ def test_side_by_side_is_as_one_by_one(overrides):
         assert len(set(found)) > 1
 
 
+SWINGS = 'ambient={kind="wave",amplitude_K=8,period_h=1.3,peak_h=12}'
+
+
+def test_in_air_that_swings_every_start_within_the_window_adds_no_more_than_allowed():
+    """What a delay adds comes and goes: at twice the delay it may be little again, and between them more."""
+    planned, solution = asked(SWINGS, "before.0.duration_h=1", "compensation.start_drift_um=5")
+    job, time = planned.job, planned.trajectory.time
+    window = generate.start_window(planned, solution.theta)
+    some = np.linspace(0, len(time) - 1, 50).astype(int)
+    theta, rise, motion = solution.theta[some], planned.rise[some], planned.motion.at(some)
+    prompt = planned.model.actual_pose(theta, rise, motion).position
+    assert window > 600
+    for delay in np.linspace(0, window, 60):
+        late = start_window.late_rise(job, delay, time[some], job.state(), job.history.clock)
+        moved = planned.model.actual_pose(theta, rise + late, motion).position
+        assert np.linalg.norm(moved - prompt, axis=1).max() <= job.start_drift * 1.0001
+
+
 @pytest.mark.parametrize("overrides", [(), (AIR,), ("robot.thermal.model=network",)])
 def test_states_on_the_way_give_the_rises_there(overrides):
     planned, _ = asked(*overrides)
