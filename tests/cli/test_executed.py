@@ -5,6 +5,7 @@ import re
 
 import executed_logs as logs
 import ls_text
+import naive_arm as arm
 import numpy as np
 import pytest
 from command_line import refused, run
@@ -235,6 +236,34 @@ def test_a_log_of_several_user_frames_is_told_what_to_log(folder):
     result = lines(folder, HOMES["Cartesian"], (1, 1, 2, 2, 2))
     assert result.returncode == 1
     assert "several user frames: log joints, or positions in World with --in-world" in result.stderr
+
+
+def test_a_log_of_several_tools_is_told_to_be_cut_to_one(folder):
+    """A right log of joints was another program's, and *log joints, or positions in World* was the mend."""
+    tools, tables = [arm.frame(0, 0, z, 0, 0, 0) for z in (250, 100)], {"uframe.1": 0, "utool.1": 250, "utool.2": 100}
+    zeros = "x_mm=0\ny_mm=0\nw_deg=0\np_deg=0\nr_deg=0\n"
+    (folder / "frames.toml").write_text("".join(f"[{name}]\nz_mm={z}\n{zeros}" for name, z in tables.items()))
+    corners = [np.array(corner) for corner in ((1300, -150, 0), (1300, 150, 0), (1200, 150, 150), (1200, -150, 150))]
+    frame_and_tool = ((1, 1), (1, 1), (0, 2), (0, 2))
+    points, moves, rows = [], [], []
+    for n, (corner, (uf, ut)) in enumerate(zip(corners, frame_and_tool, strict=True)):
+        points.append(ls_text.cartesian(n + 1, (*corner, 180, 0, 0), uf=uf, ut=ut))
+        moves += [
+            f"UFRAME_NUM={uf}",
+            f"UTOOL_NUM={ut}",
+            f"{'L' if n else 'J'} P[{n + 1}] {'100mm/sec' if n else '20%'} FINE",
+        ]
+    for begin, ut in ((0, 1), (1, 2), (2, 2)):  # where the tool changes, its point starts elsewhere
+        start = corners[begin] + (np.array([0, 0, 150]) if begin == 1 else 0)
+        for share in (1 - np.cos(np.linspace(0, np.pi, 300))) / 2:
+            pose = arm.frame(*(start + share * (corners[begin + 1] - start)), 180, 0, 0) @ np.linalg.inv(tools[ut - 1])
+            rows.append(arm.joints_at(pose, rows[-1] if rows else (-6, 20, -30, 0, -60, 6)))
+    (folder / "PART.LS").write_bytes(ls_text.program(moves, points))
+    lines = (",".join(f"{v:.5f}" for v in (0.008 * k, *row)) for k, row in enumerate(rows))
+    (folder / "log.csv").write_text("\n".join(["time_s,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", *lines, ""]))
+    result = executed(folder, "--frames", "frames.toml")
+    assert "several tools: cut the log to a run of motions with UTOOL" in result.stderr
+    assert "log joints" not in result.stderr
 
 
 def test_a_log_of_a_program_that_loops_is_told_to_be_cut_to_one_pass(folder):

@@ -128,6 +128,8 @@ def judge_and_fit(
     bound: float | None = None,
 ) -> tuple[ExecutedRun, FittedWindows | None]:
     """``judge_log``, with the windows of the log as far as the judgement fitted them: no need to fit them twice."""
+    if log.is_joints or situation.world:
+        course = replace(course, several_frames=False)  # such a log is in no user frame
     followed = follow_log(log, course, situation.robot, world=situation.world)
     deviation, clock = measure(course, followed)
     others = [*also, *([("the planned program", text.planned)] if text.planned is not None else [])]

@@ -187,14 +187,15 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
         "number": poses.number[pose].astype(np.int64),
         "theta": poses.theta[pose],
     }
-    usual, several = _usual(poses, pose[1:][judged] if judged.any() else pose)
+    usual, frames_and_tools = _usual(poses, pose[1:][judged] if judged.any() else pose)
     base, tool = int(poses.base[usual]), int(poses.tool[usual])
     p, row = program.positions, poses.row[usual]
     numbers = int(max(p.uframe[row], 0)), int(max(p.utool[row], 0))
     frame = IDENTITY if base == NONE else poses.bases[base]
     tools = IDENTITY if tool == NONE else poses.tools[tool]
     course = _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers, robot)
-    return replace(course, several_frames=several, flow=drive.flow, settles=True)
+    several_frames, several_tools = (count > 1 for count in frames_and_tools)
+    return replace(course, several_frames=several_frames, several_tools=several_tools, flow=drive.flow, settles=True)
 
 
 def known_stations(poses: Poses, drive: DrivenProgram) -> IntArray:
@@ -209,11 +210,11 @@ def chained_lines(program: LsProgram) -> list[int]:
     return [int(m.line[i]) for i in np.flatnonzero(~m.disabled).tolist() if m.letter[i] in "AS"]
 
 
-def _usual(poses: Poses, ends: IntArray) -> tuple[int, bool]:
-    """A pose in the frame and tool of most: home may stand in others; and whether they are in several frames."""
+def _usual(poses: Poses, ends: IntArray) -> tuple[int, tuple[int, int]]:
+    """A pose in the frame and tool of most: home may stand in others; and in how many frames and tools they are."""
     pairs = np.column_stack([poses.base, poses.tool])[ends]
     kinds, first, count = np.unique(pairs, axis=0, return_index=True, return_counts=True)
-    return int(ends[first[np.argmax(count)]]), len(np.unique(kinds[:, 0])) > 1
+    return int(ends[first[np.argmax(count)]]), (len(np.unique(kinds[:, 0])), len(np.unique(kinds[:, 1])))
 
 
 def _kept_speed(termination: NDArray[np.str_]) -> Array:

@@ -62,6 +62,7 @@ class ProgramCourse:
     period: float  # [s] of interpolation
     counted: bool = False  # whether ``planned`` counts lines by whole periods
     several_frames: bool = False  # whether ways lead in other user frames, too
+    several_tools: bool = False  # whether some are of other tools
     flow: tuple[int, ...] = ()  # lines of statements that may change the order
     settles: bool = False  # whether stops cost what smoothing takes to settle, at any override; else ramps
 
@@ -71,10 +72,11 @@ class ProgramCourse:
         return float(self.arc[-1])
 
     @property
-    def frames_hint(self) -> str:
-        """What a log of positions should be in, where the program drives in several user frames."""
-        words = "; it drives in several user frames: log joints, or positions in World with --in-world"
-        return words if self.several_frames else ""
+    def places_hint(self) -> str:
+        """What a log should be in and hold, where the program drives in several user frames or with several tools."""
+        frames = "; it drives in several user frames: log joints, or positions in World with --in-world"
+        tools = f"; it drives with several tools: cut the log to a run of motions with UTOOL {self.numbers[1]}"
+        return (frames if self.several_frames else "") + (tools if self.several_tools else "")
 
     @property
     def order_hint(self) -> str:

@@ -184,7 +184,7 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
         )
     moved = shape_elsewhere(course, place, travelled)
     if moved is not None:
-        raise InputError(f"{source}: {motion_words(moved, course)}{course.frames_hint}")
+        raise InputError(f"{source}: {motion_words(moved, course)}{course.places_hint}")
     track = follow(course, place, travelled)
     where = "no row is within 5 mm of it"
     way = float(travelled[-1] - travelled[0])
@@ -206,7 +206,7 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
     raise InputError(
         f"{source}: it is of another {other}: {where}; give the log of one run of this program, or the program that ran"
         + course.order_hint
-        + course.frames_hint
+        + course.places_hint
     )
 
 

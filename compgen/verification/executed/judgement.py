@@ -206,7 +206,7 @@ def _of_extent(course: ProgramCourse, deviation: PathDeviation) -> Iterator[Find
     if missing > 1 - WHOLE:
         begin, end = (f"{course.point_name(s)} ({100 * s / course.length:.1f} %)" for s in (first, last))
         message = f"the log has {100 * (1 - missing):.1f} % of the path, from {begin} to {end}; the rest is not judged"
-        yield Finding.of(Code.EXECUTED_PART, message + course.frames_hint)
+        yield Finding.of(Code.EXECUTED_PART, message + course.places_hint)
 
 
 def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
