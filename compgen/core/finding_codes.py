@@ -363,7 +363,7 @@ class Code(StrEnum):
         "Do not load it; find what is special at this line.", OUTSIDE, WARNING)
     CORRECTION_TURN = ("correction.turn", "pipelines", "A joint turns further than corrected: a singularity is near.",
         "Teach the position elsewhere.", OUTSIDE)
-    CORRECTION_REACH = ("correction.reach", "pipelines", "The straight way between two positions leaves the reach.",
+    CORRECTION_REACH = ("correction.reach", "pipelines", "The way between two positions leaves the reach or a limit.",
         "Teach a position between, or move the part.", OUTSIDE, WARNING)
     CORRECTION_ORDER = ("correction.order", "pipelines",
         "The robot may come from elsewhere: only the line's end is judged.", "Nothing.", NOTE)

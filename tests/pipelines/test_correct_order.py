@@ -7,7 +7,7 @@ import pytest
 from command_line import run
 from corrected import MANY, ROUNDED_UM, corrected
 from flawed import flawed_file
-from ls_text import cartesian, program
+from ls_text import at, cartesian, program
 from shipped import ROOT
 
 from compgen.core.arrays import norm
@@ -157,10 +157,33 @@ def test_a_line_that_only_its_correction_brings_through_the_arm_breaks_a_bound()
     for n, x in ((1, 290), (3, 293), (5, 300)):
         points += [cartesian(n, (x, 1150, -100, *DOWN)), cartesian(n + 1, (x, -1150, -100, *DOWN))]
         moves += [f"J P[{n}] 50% FINE", f"L P[{n + 1}] 100mm/sec FINE"]
-    planned, corrected_alone = findings(corrected(program(moves, points), cell, MANY, before=()), "correction.reach")
+    result = corrected(program(moves, points), cell, MANY, before=())
+    planned, corrected_alone, past_limit = findings(result, "correction.reach")
     assert (planned.level, corrected_alone.level) == (Level.WARNING, Level.OUTSIDE)
     assert planned.message.startswith("line 5: the straight way there leaves the reach")
     assert corrected_alone.message.startswith("line 7: corrected, the straight way there would leave the reach")
+    assert past_limit.message.startswith("line 9: the way there takes m710ic50 past a joint's limit")  # J2: -100 deg
+
+
+SPIKE = [[-90, -100], [135, -100], [135, 40], [27, 40], [25, -40], [23, 40], [-90, 40]]
+
+
+@pytest.mark.parametrize(("polygon", "ends"), [([], [(-1200, y, 300) for y in (100, -100)]), (SPIKE, None)])
+def test_a_line_past_a_limit_between_ends_that_keep_it_is_named(tmp_path, polygon, ends):
+    """J1 from 175 to -175 deg, or J2 and J3 through the polygon's edge midway: *inside* was all that was said."""
+    stock = (ROOT / "robots" / "m710ic50.toml").read_text().replace("j2_j3_deg = []", f"j2_j3_deg = {polygon}")
+    (tmp_path / "m710ic50.toml").write_text(stock)
+    cell = load_cell(str(tmp_path / "m710ic50.toml"))
+    if ends is None:
+        points = [at(n, (0, 10 * n + 10, -10 * n - 10, 0, -80 + 10 * n, 0)) for n in (1, 2)]
+    else:
+        points = [cartesian(n, (*place, *DOWN)) for n, place in enumerate(ends, 1)]
+    moves = ["J P[1] 50% FINE", "L P[2] 100mm/sec FINE"]
+    (finding,) = findings(corrected(program(moves, points), cell), "correction.reach")
+    assert finding.level is Level.WARNING
+    assert (
+        finding.message == "line 5: the way there takes m710ic50 past a joint's limit or into itself between its ends"
+    )
 
 
 def test_a_correction_that_leads_out_of_reach_holds_its_station(tmp_path):

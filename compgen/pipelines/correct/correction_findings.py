@@ -19,7 +19,7 @@ from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.vocabulary import ARC_LETTERS
 from compgen.job.part_frame import frame_findings
 from compgen.pipelines.correct.motion_command import motion_command_findings
-from compgen.pipelines.correct.result import Correction, off_by_digits, straight_ways
+from compgen.pipelines.correct.result import Correction, off_by_digits, straight_ways, ways_past_limits
 from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
@@ -272,6 +272,9 @@ def _way_findings(result: Correction) -> Iterator[Finding]:
         if len(stations):
             message = f"{_lines_at(result, stations)}: {words} {robot} between its ends: only the ends are judged"
             yield Finding(level, Code.CORRECTION_REACH, message)
+    if len(past := ways_past_limits(result)):
+        message = f"{_lines_at(result, past)}: the way there takes {robot} past a joint's limit or into itself"
+        yield Finding(Level.WARNING, Code.CORRECTION_REACH, f"{message} between its ends")
     unsure = np.flatnonzero(result.plan.free & drive.line & (drive.origin == NONE))
     unsure = unsure[unsure > 0]
     if len(unsure):

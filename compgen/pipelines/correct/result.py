@@ -24,6 +24,7 @@ from compgen.pipelines.planned.dry_run import check_height
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.program.driven import DrivenProgram
 from compgen.program.ways import straight_lines
+from compgen.robot.joint_path import LIMIT_TOLERANCE
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
 from compgen.thermal.tables.schema import AmbientTable
@@ -175,6 +176,22 @@ class Correction(Judged):
     def is_usable(self) -> bool:
         """Whether the program is written unasked: it is nowhere worse, and breaks no bound that is given."""
         return self.verdict in (Verdict.INSIDE, Verdict.NO_BOUNDS, Verdict.NOT_LOADABLE)
+
+
+def ways_past_limits(result: Correction) -> IntArray:
+    """Stations whose way there leaves a joint's limit or the polygon of J2 and J3 between ends that do not, (n,).
+
+    Looked at are the places that the written text is judged at.
+    """
+    flight, robot, drive = result.execution, result.cell.robot, result.plan.drive
+
+    def is_past(theta: Array) -> BoolArray:
+        beyond = (theta < robot.lower - LIMIT_TOLERANCE) | (theta > robot.upper + LIMIT_TOLERANCE)
+        return np.asarray(beyond.any(axis=1) | ~robot.is_clear(theta))
+
+    stations = np.unique(flight.station[(flight.fraction < 1) & is_past(flight.theta)])
+    ends = is_past(drive.at.theta)[drive.pose[[stations, drive.origin[stations]]]]
+    return stations[~ends.any(axis=0)]
 
 
 def off_by_digits(result: Correction, samples: IntArray) -> Array:
