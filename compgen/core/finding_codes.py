@@ -245,8 +245,8 @@ class Code(StrEnum):
         "Measure the warm arm, where the difference matters.", NOTE)
     SOURCES_SIGMA = ("sources.sigma", "pipelines", "Error sources have no sigma: they count as unmeasured.",
         "Identify the robot, or give sigma.", NOTE)
-    SOURCES_LOADS = ("sources.loads", "pipelines", "Sag is fitted with the masses of the thermal network, or not.",
-        "Give [sources.loads] as the arm was measured, and identify again.", NOTE)
+    SOURCES_LOADS = ("sources.loads", "pipelines", "Sag is fitted with assumed masses, not at all, or is none.",
+        "Give [sources.loads] as the arm was measured, and identify again.", WARNING, NOTE)
     SOURCES_ORDER = ("sources.order", "pipelines", "The side that joints come from is not sure at some lines.",
         "Nothing, or write the program in the order that it runs.", NOTE)
     POSTERIOR_MISSING = ("posterior.missing", "pipelines", "The robot file's correlations are missing: a wide band.",

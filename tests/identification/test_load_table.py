@@ -10,9 +10,11 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import quiet
 
-from compgen.core.finding_codes import Code
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.error_model.loads import torque_expr
+from compgen.error_model.sources.compliance import JointCompliance
+from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines.files.robot_file import load_arm, load_cell
 from compgen.pipelines.measure import identification_files
@@ -80,6 +82,7 @@ class Fitted:
     """What the fit found, which does not matter here."""
 
     findings: tuple[Finding, ...] = ()
+    known: tuple[UncertainSource, ...] = ()
     model: None = None
     selected: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(fit=None))
 
@@ -94,3 +97,19 @@ def test_an_arm_without_masses_is_told_of_its_sag(name, codes, monkeypatch):
     files = identification_files.MeasurementFiles(poses=["poses.csv"])
     identified = identification_files.identify_files(arm_to_identify(name), files, "start", quiet, force=False)
     assert [finding.code for finding in identified.findings] == codes
+
+
+@pytest.mark.parametrize(("value", "said"), [(-0.26, "J2, J3 would give against the load"), (-0.15, ""), (0.26, "")])
+def test_joints_that_give_against_their_load_are_warned_of(value, said, monkeypatch):
+    """An arm on a ceiling whose file said nothing of it was accepted with springs that push, without a word."""
+    given = 1e-6 * np.array([0, value, value, -0.35, 0, 0])
+    sag = JointCompliance(given, np.zeros(6), arm_to_identify("irb120").facts.loads)
+    sigma = {"compliance": 1e-6 * np.array([0, 0.08, 0.08, 0.2, 0.1, 0.5])}
+    known = (UncertainSource(sag, {}, sigma, ""),)
+    monkeypatch.setattr(identification_files, "read_measurements", lambda *_, **__: (None, []))
+    monkeypatch.setattr(identification_files, "identify", lambda *_, **__: Fitted(known=known))
+    monkeypatch.setattr(identification_files, "sensorless_nodes", lambda *_: [])
+    files = identification_files.MeasurementFiles(poses=["poses.csv"])
+    identified = identification_files.identify_files(arm_to_identify("irb120"), files, "start", quiet, force=False)
+    assert " ".join(f.message for f in identified.findings).startswith(said)
+    assert [f.level for f in identified.findings] == [Level.WARNING] * bool(said)
