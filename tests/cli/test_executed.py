@@ -245,7 +245,8 @@ def test_a_log_of_several_tools_is_told_to_be_cut_to_one(folder):
     (folder / "frames.toml").write_text("".join(f"[{name}]\nz_mm={z}\n{zeros}" for name, z in tables.items()))
     corners = [np.array(corner) for corner in ((1300, -150, 0), (1300, 150, 0), (1200, 150, 150), (1200, -150, 150))]
     frame_and_tool = ((1, 1), (1, 1), (0, 2), (0, 2))
-    points, moves, rows = [], [], []
+    points, moves = [], []
+    rows: list[tuple[float, ...]] = []
     for n, (corner, (uf, ut)) in enumerate(zip(corners, frame_and_tool, strict=True)):
         points.append(ls_text.cartesian(n + 1, (*corner, 180, 0, 0), uf=uf, ut=ut))
         moves += [
@@ -256,7 +257,8 @@ def test_a_log_of_several_tools_is_told_to_be_cut_to_one(folder):
     for begin, ut in ((0, 1), (1, 2), (2, 2)):  # where the tool changes, its point starts elsewhere
         start = corners[begin] + (np.array([0, 0, 150]) if begin == 1 else 0)
         for share in (1 - np.cos(np.linspace(0, np.pi, 300))) / 2:
-            pose = arm.frame(*(start + share * (corners[begin + 1] - start)), 180, 0, 0) @ np.linalg.inv(tools[ut - 1])
+            x, y, z = start + share * (corners[begin + 1] - start)
+            pose = arm.frame(x, y, z, 180, 0, 0) @ np.linalg.inv(tools[ut - 1])
             rows.append(arm.joints_at(pose, rows[-1] if rows else (-6, 20, -30, 0, -60, 6)))
     (folder / "PART.LS").write_bytes(ls_text.program(moves, points))
     lines = (",".join(f"{v:.5f}" for v in (0.008 * k, *row)) for k, row in enumerate(rows))

@@ -195,6 +195,7 @@ def test_an_arm_of_three_tonnes_is_confirmed(cell):
     """Gravity turns J1 by the rounding of what it turns J2 by: *the twin cannot be trusted* was said."""
     theta, rise = motion(cell)
     faults = faults_of(cell.sources)
+    assert faults is not None
     beside = faults.centre + np.array([0.1, 0.2, 0.1])
     heavy = replace(faults, force=np.zeros(3), mass=10 * faults.mass, centre=beside)
     arm = build_faulty_arm(cell.robot, heavy)

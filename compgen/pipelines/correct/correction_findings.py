@@ -133,18 +133,16 @@ def _bound_findings(result: Correction) -> Iterator[Finding]:
     if bound is not None and after.max() > bound:
         place = _place_of(result, np.flatnonzero(judged)[np.argmax(after)])
         size = beyond_text(float(after.max()) / UM, bound / UM)
-        yield Finding.of(
-            Code.BOUNDS_MAX, f"{place}: {size} um after correction, above the {bound / UM:g} um of --max-um"
-        )
+        message = f"{place}: {size} um after correction, above the {bound / UM:g} um of --max-um"
+        yield Finding.of(Code.BOUNDS_MAX, message)
 
 
 def _missing_bound(result: Correction) -> Iterator[Finding]:
     given = result.options.bound is not None or result.options.guaranteed is not None
     if not given and result.judged.any():
         after = result.residual.distance[result.judged].max() / UM
-        yield Finding.of(
-            Code.BOUNDS_NONE, f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
-        )
+        message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
+        yield Finding.of(Code.BOUNDS_NONE, message)
 
 
 def _source_findings(result: Correction) -> Iterator[Finding]:

@@ -12,7 +12,7 @@ from compgen.core.arrays import Array
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.files import file_hash
-from compgen.core.finding_codes import Code
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.json_text import json_text
 from compgen.core.recorded.table import read_findings
