@@ -21,6 +21,8 @@ from compgen.core.units import MDEG, UM
 from compgen.job.bounds import Bounds, Guarantee
 from compgen.verification.deviation import COMPONENTS, Deviation, Extent
 
+LAST_DIGIT = 1 + 1e-15  # a bound loses it where it comes from um: that of the report, given back, is kept
+
 
 class Verdict(StrEnum):
     """What a run ends with, in the words of screen, page and JSON."""
@@ -55,7 +57,7 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
         for key, extent, value, bound in checks(extents, bounds):
             of_bound = Code(f"bounds.{key}")
             code = of_bound if level is Level.OUTSIDE else Code.BOUNDS_OFF_PART
-            if bound is None or value <= bound or {f.code for f in findings} & {code, of_bound}:
+            if bound is None or value <= bound * LAST_DIGIT or {f.code for f in findings} & {code, of_bound}:
                 continue
             factor, unit = unit_of(key)
             size = beyond_text(value / factor, bound / factor, 3)

@@ -140,6 +140,18 @@ def test_each_broken_bound_is_named_with_its_worst_place(path):
     assert f"{table['axis_angle']['max_mdeg']:.3f} mdeg" in broken[6].message
 
 
+def test_a_bound_of_what_the_report_says_is_kept(path):
+    """Micrometres to metres and back lose a last digit; a part in 1e14 less is broken."""
+    execution = executed(path, 3000)[0]
+    for scale in np.linspace(1.0, 2.0, 200):
+        moved = Pose(scale * execution.actual.position, execution.actual.rotation)
+        deviation = deviation_from_path(path, [replace(execution, actual=moved)], len(execution.time))
+        said = statistics(deviation, on_part=True)["total"]["max_um"]
+        for bound, is_broken in ((said * UM, False), (said * UM * (1 - 1e-14), True)):
+            codes = [finding.code for finding in judge(deviation, Bounds(max=bound))]
+            assert (Code.BOUNDS_MAX_UM in codes) == is_broken
+
+
 def test_what_breaks_a_bound_off_the_part_alone_is_a_note(path):
     execution = executed(path, 3000)[0]
     off = ~(path.contact[:-1] | path.contact[1:])[execution.segment]
