@@ -249,6 +249,11 @@ def code_of(findings, code):
     return next((f for f in findings if f.code == code), None)
 
 
+def test_one_line_is_said_as_one(tmp_path):
+    job = job_of(tmp_path, [[1000, 0, 100], [1100, 0, 100]], extra='through = "lines"')
+    assert code_of(job.input_findings, "path.lines").message.startswith("1 line or arc, corners")
+
+
 def test_three_lines_are_driven_as_three_lines(tmp_path):
     planned, corrected = generate(job_of(tmp_path, TRIANGLE, pattern="gcode", name="cam.nc"), quiet)
     assert corrected.inside

@@ -171,7 +171,8 @@ def through(table: OwnPoints) -> str:
 def _of_lines(path: SpaceCurve, ways: int) -> Finding:
     some = counted(path.corners, "stop at a corner", "stops at corners")
     stops = f"{some} that no rounding can hold" if path.corners else "no stop at a corner"
-    return Finding.of(Code.PATH_LINES, f"{ways} lines and arcs, corners rounded within path.tolerance_um; {stops}")
+    given = counted(ways, "line or arc", "lines and arcs")
+    return Finding.of(Code.PATH_LINES, f"{given}, corners rounded within path.tolerance_um; {stops}")
 
 
 def _of_curve(path: SpaceCurve, points: GivenPoints, local: LocalPoints, table: OwnPoints) -> list[Finding]:
