@@ -192,6 +192,14 @@ class Expanding(Protocol):
 
 
 @runtime_checkable
+class Doubtful(Protocol):
+    """A source whose identified values may contradict what the robot file says of its loads."""
+
+    def doubt(self, sigma: Mapping[str, Array]) -> str:
+        """What contradicts, by standard deviations by field, in words; empty where nothing does."""
+
+
+@runtime_checkable
 class Extensible(Protocol):
     """A source of a list of terms, to which identification may add all others that physics knows of."""
 

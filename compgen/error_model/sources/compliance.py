@@ -7,11 +7,14 @@ Gears grow stiffer under load (makers give two or three stiffnesses by torque): 
 sqrt(tau^2 + (1 N m)^2). Valid within the loads that were measured.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import casadi as ca
+import numpy as np
 
+from compgen.core.arrays import Array
 from compgen.core.units import NRAD, URAD
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.loads import Loads, torque_expr
@@ -26,6 +29,13 @@ from compgen.error_model.source import (
     Visibility,
 )
 from compgen.robot.kinematics import Chain, is_zero
+
+
+SURE = 3  # standard deviations below zero that no joint gives by
+AGAINST = (
+    "{} would give against the load: gravity pulls otherwise than sources.loads.gravity_m_s2 says (an arm on a wall or "
+    "a ceiling), or the masses are others; say so in [sources.loads], and identify again"
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,6 +76,11 @@ class JointCompliance(DeclaredSource):
         """All joints that gravity loads: not the first, which stands upright; none where no mass is known."""
         fields = ("compliance", "hardening") if self.loads.have_weight else ()
         return [Entry(field, (i,)) for field in fields for i in range(1, 6)]
+
+    def doubt(self, sigma: Mapping[str, Array]) -> str:
+        """Joints that would rise under their load."""
+        below = np.flatnonzero(self.compliance < -SURE * sigma.get("compliance", np.full(6, np.inf)))
+        return AGAINST.format(", ".join(f"J{i + 1}" for i in below.tolist())) if len(below) else ""
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its joints turned by what they carry."""

@@ -20,7 +20,7 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, MM
 from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
-from compgen.error_model.sources.compliance import JointCompliance
+from compgen.error_model.source import Doubtful
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.distances import read_distances
@@ -57,12 +57,6 @@ NETWORK_LOADS = (
     "for sag the masses of [thermal.network] count, and its payload of {:g} kg; where the arm carried something "
     "else when it was measured, say so in [sources.loads]"
 )
-#: of joints that rise under their load
-AGAINST_LOADS = (
-    "{} would give against the load: gravity pulls otherwise than sources.loads.gravity_m_s2 says (an arm on a wall or "
-    "a ceiling), or the masses are others; say so in [sources.loads], and identify again"
-)
-SURE = 3  # standard deviations
 
 
 MASSES = ("link_kg", "link_centre_mm", "payload_kg", "payload_centre_mm")
@@ -343,14 +337,8 @@ def identify_files(
 
 def _load_findings(arm: Arm, known: Sequence[UncertainSource]) -> Iterator[Finding]:
     """Which masses sag is fitted with, where [sources.loads] has none, and joints that none of them can turn so."""
-    against = [
-        f"J{i + 1}"
-        for of in known
-        if isinstance(of.source, JointCompliance) and "compliance" in of.sigma
-        for i in np.flatnonzero(of.source.compliance < -SURE * of.sigma["compliance"]).tolist()
-    ]
-    if against:
-        yield Finding(Level.WARNING, Code.SOURCES_LOADS, AGAINST_LOADS.format(", ".join(against)))
+    doubts = [of.source.doubt(of.sigma) for of in known if isinstance(of.source, Doubtful)]
+    yield from [Finding(Level.WARNING, Code.SOURCES_LOADS, doubt) for doubt in doubts if doubt]
     if not arm.facts.loads.have_weight or arm.network_masses:
         message = NETWORK_LOADS.format(arm.facts.loads.payload) if arm.network_masses else WITHOUT_LOADS
         yield Finding(Level.NOTE, Code.SOURCES_LOADS, message)
