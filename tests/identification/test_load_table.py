@@ -113,3 +113,17 @@ def test_joints_that_give_against_their_load_are_warned_of(value, said, monkeypa
     identified = identification_files.identify_files(arm_to_identify("irb120"), files, "start", quiet, force=False)
     assert " ".join(f.message for f in identified.findings).startswith(said)
     assert [f.level for f in identified.findings] == [Level.WARNING] * bool(said)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "first"), [("0, 0, -9.80665", False), ("0, 0, 9.80665", False), ("9.8, 0, 0", True)]
+)
+def test_the_first_joint_of_an_arm_on_a_wall_gives_too(gravity, first, tmp_path):
+    """Its axis lies level and carries the whole arm, and its compliance was held at zero."""
+    loads = "\n[sources.loads]\npayload_kg = 30\nlink_kg = [0, 50, 40, 20, 10, 5]\n"
+    (tmp_path / "wall.toml").write_text(load_arm("m710ic50").text + loads + f"gravity_m_s2 = [{gravity}]\n")
+    arm = arm_to_identify(str(tmp_path / "wall.toml"))
+    sources = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=False, facts=arm.facts)
+    fitted = {p.name for source in sources for p in source.parameters}
+    assert ("compliance.compliance_urad_Nm[1]" in fitted) == first
+    assert "compliance.compliance_urad_Nm[2]" in fitted

@@ -30,6 +30,7 @@ from compgen.error_model.source import (
 )
 from compgen.robot.kinematics import Chain, is_zero
 
+UPRIGHT = 0.01  # gravity's share across the first axis, of that along it, which loads no first joint to speak of
 
 SURE = 3  # standard deviations below zero that no joint gives by
 AGAINST = (
@@ -73,9 +74,10 @@ class JointCompliance(DeclaredSource):
         return {"loads": arm.loads}
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
-        """All joints that gravity loads: not the first, which stands upright; none where no mass is known."""
+        """All joints that gravity loads: not the first where it stands upright; none where no mass is known."""
         fields = ("compliance", "hardening") if self.loads.have_weight else ()
-        return [Entry(field, (i,)) for field in fields for i in range(1, 6)]
+        along, across = abs(self.loads.gravity[2]), np.hypot(*self.loads.gravity[:2])
+        return [Entry(field, (i,)) for field in fields for i in range(0 if across > UPRIGHT * along else 1, 6)]
 
     def doubt(self, sigma: Mapping[str, Array]) -> str:
         """Joints that would rise under their load."""
