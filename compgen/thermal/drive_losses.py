@@ -23,7 +23,7 @@ SAMPLES = 2000  # of a motion: heat answers to its mean over minutes
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-@owns(rated_power=(6,), rated_speed=(6,), link_mass=(6,), link_centre=(6, 3), payload_centre=(3,))
+@owns(rated_power=(6,), rated_speed=(6,), link_mass=(6,), link_centre=(6, 3), payload_centre=(3,), down=(3,))
 class Drives:
     """Six drives and the masses that they carry."""
 
@@ -36,6 +36,7 @@ class Drives:
     link_centre: Array  # (6, 3) [m] in the frame at each joint with all pendant angles zero, axes as World
     payload_mass: float  # [kg]
     payload_centre: Array  # (3,) [m] in the flange
+    down: Array  # (3,) unit vector in World along which gravity pulls
 
 
 def loaded_arm(robot: Robot, drives: Drives) -> pin.Model:
@@ -60,6 +61,7 @@ def loaded_arm(robot: Robot, drives: Drives) -> pin.Model:
     flange = pin.utils.rotate("y", -np.pi / 2) @ pin.utils.rotate("x", float(robot.alpha[5]))
     load = pin.Inertia(drives.payload_mass, flange @ drives.payload_centre + [d6, 0, 0], np.zeros((3, 3)))
     model.appendBodyToJoint(parent, load, pin.SE3.Identity())
+    model.gravity.linear = np.linalg.norm(model.gravity.linear) * drives.down
     return model
 
 

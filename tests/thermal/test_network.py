@@ -369,3 +369,14 @@ def test_torques_are_those_of_the_same_masses_whatever_pose_the_pendant_calls_ze
     assert_allclose(
         joint_torques(other, replace(heat.drives, link_centre=turned), theta, still, still), expected, atol=1e-9
     )
+
+
+@pytest.mark.parametrize(("gravity", "held"), [("[0, 0, -9.80665]", 0.0), ("[3, 0, 0]", 131.439 * 9.81)])
+def test_drives_of_an_arm_on_a_wall_hold_it_against_its_own_gravity(gravity, held):
+    """J1 held nothing, whatever the file said of gravity; the sum over links and payload is by hand, in kg m."""
+    overrides = ["robot.thermal.model=network", f"robot.sources.loads.gravity_m_s2={gravity}"]
+    job = load_job(path_file("circle_1300"), overrides=overrides)
+    theta = job.robot.pendant_zero + np.pi / 2 * np.eye(6)[0]  # the arm lies across gravity
+    still = np.zeros((1, 6))
+    torque = joint_torques(job.robot, job.heat.drives, theta[None], still, still)[0, 0]
+    assert abs(torque) == pytest.approx(held, rel=1e-4, abs=1e-9)

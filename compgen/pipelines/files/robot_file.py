@@ -340,7 +340,8 @@ def _warmth(
     nodes = tables.node_model_of(facts.thermal, profiles, where)
     heat: ArmHeat = nodes
     if facts.thermal.model == "network":
-        heat, profiles = tables.network_of(facts.thermal, robot, nodes, where)
+        gravity = facts.sources.loads.gravity_m_s2
+        heat, profiles = tables.network_of(facts.thermal, robot, nodes, gravity, where)
     growth = tables.growth_of(robot, heat.names, heat.reference_rise, profiles)
     return heat, profiles, growth, tables.uncertainty_of(facts.thermal, heat, profiles, where)
 

@@ -90,9 +90,16 @@ def _cte(thermal: sc.ThermalTable, length: str, where: str) -> float:
 
 
 def network_of(
-    thermal: sc.ThermalTable, robot: Robot, nodes: NodeModel, where: str
+    thermal: sc.ThermalTable, robot: Robot, nodes: NodeModel, gravity: Sequence[float], where: str
 ) -> tuple[NetworkModel, tuple[Profile, ...]]:
     """The conduction network, and profiles that take each heated length's mean from it.
+
+    Args:
+        thermal: The robot file's table.
+        robot: The arm.
+        nodes: Its other heat model.
+        gravity: In World, of any length; by its direction the drives hold the arm.
+        where: The file, for messages.
 
     Raises:
         InputError: The file has none, or its parts contradict each other.
@@ -132,6 +139,7 @@ def network_of(
             link_centre=np.array(table.link_centre_mm) * MM,
             payload_mass=table.payload_kg,
             payload_centre=np.array(table.payload_centre_mm) * MM,
+            down=np.array(gravity) / (np.linalg.norm(gravity) or 1.0),
         ),
         bodies=bodies,
         housings=housings,
