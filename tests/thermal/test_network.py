@@ -22,7 +22,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, drive_losses, rise_history, rises_during, state_after
 from compgen.thermal.drive_losses import joint_torques, mean_losses, moving_losses
 from compgen.thermal.model import extrapolations, with_losses
-from compgen.thermal.network import Body, Housing, assemble_volumes, modal_form
+from compgen.thermal.network import Body, Housing, NetworkModel, assemble_volumes, modal_form
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
 import m710ic50_network_fit as network_fit
@@ -378,5 +378,6 @@ def test_drives_of_an_arm_on_a_wall_hold_it_against_its_own_gravity(gravity, hel
     job = load_job(path_file("circle_1300"), overrides=overrides)
     theta = job.robot.pendant_zero + np.pi / 2 * np.eye(6)[0]  # the arm lies across gravity
     still = np.zeros((1, 6))
+    assert isinstance(job.heat, NetworkModel)
     torque = joint_torques(job.robot, job.heat.drives, theta[None], still, still)[0, 0]
     assert abs(torque) == pytest.approx(held, rel=1e-4, abs=1e-9)
