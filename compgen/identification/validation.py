@@ -21,7 +21,7 @@ from compgen.identification.fit import fit, outlier_threshold
 from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import ArmModel, build_model, fixed_source
+from compgen.identification.model import ArmModel, SymbolicSource, build_model, fixed_source
 from compgen.identification.parameters import without_force
 from compgen.identification.reversals import has_runs, with_directions
 from compgen.identification.verdict import left_findings, set_aside_findings
@@ -77,11 +77,7 @@ def validate(
     Raises:
         InputError: Too few numbers to fit frames, or measurements that cannot be of this arm.
     """
-    sources = [
-        fixed_source(k.source)
-        for k in map(without_force, known)
-        if (frames is not None) or not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame))
-    ]
+    sources = _fixed_sources(known, with_frames=frames is not None)
     if has_runs(data) and (widths := reversal_widths([s.source for s in sources])):
         data = with_directions(data, widths)
     nominal, identified = build_model(robot, [], nodes), build_model(robot, sources, nodes)
@@ -153,3 +149,12 @@ def _residual(model: ArmModel, data: Measurements, frames: InstrumentFrames) -> 
     """What each row measured less what is predicted, (N, 3) [m]."""
     position, rotation = model.pose(data, np.zeros(0))
     return np.nan_to_num(frames.residual(data, position, rotation))
+
+
+def _fixed_sources(known: Sequence[UncertainSource], *, with_frames: bool) -> list[SymbolicSource]:
+    """The sources that a robot file tells, with nothing free; frames and maps of its own only where they are given."""
+    return [
+        fixed_source(k.source)
+        for k in map(without_force, known)
+        if with_frames or not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame))
+    ]

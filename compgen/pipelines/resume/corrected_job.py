@@ -1,6 +1,6 @@
 """What a corrected program in pages was made from, as its provenance in the manifest has it, whole."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -64,10 +64,7 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
         )
         options, frames = _options(made["options"], max_um), _frames(made["frames"])
         called = {name: unpacked(text) for name, text in made.get("called_zlib_b85", {}).items()}
-        registers = {
-            int(n): Register(CARTESIAN if any(v is not None for v in values) else JOINT, tuple(values))
-            for n, values in made.get("registers", {}).items()
-        }
+        registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
         corrected_sum = str(made["corrected_sha256"])
         state_text = made["state_toml"] if "state_sha256" in made else ""
     except (KeyError, TypeError, ValueError, AttributeError):
@@ -134,3 +131,8 @@ def with_state_text(plain: Cell, text: str, where: str) -> Cell:
 
 def _axis(record: Mapping[str, Any]) -> ExtendedAxis:
     return ExtendedAxis(record["kind"], record["unit"], tuple((row[0], pose_of(row[1:])) for row in record["base"]))
+
+
+def _register(values: Sequence[float | None]) -> Register:
+    """As the provenance has it: six numbers that are known or not, or none of a register in joint form."""
+    return Register(CARTESIAN if any(v is not None for v in values) else JOINT, tuple(values))

@@ -129,18 +129,7 @@ def network_of(
     model = NetworkModel(
         names=tuple(names),
         robot=robot,
-        drives=Drives(
-            rated_power=np.array(table.rated_W),
-            rated_speed=robot.speed,
-            holding=table.loss.holding,
-            coulomb=table.loss.coulomb,
-            viscous=table.loss.viscous,
-            link_mass=np.array(table.link_kg),
-            link_centre=np.array(table.link_centre_mm) * MM,
-            payload_mass=table.payload_kg,
-            payload_centre=np.array(table.payload_centre_mm) * MM,
-            down=np.array(gravity) / (np.linalg.norm(gravity) or 1.0),
-        ),
+        drives=_drives(table, robot, gravity),
         bodies=bodies,
         housings=housings,
         floor=table.floor_W_K,
@@ -196,6 +185,21 @@ def _housings(table: sc.NetworkTable) -> tuple[Housing, ...]:
             drives=tuple(d - 1 for d in h.drives),
         )
         for h in table.housing
+    )
+
+
+def _drives(table: sc.NetworkTable, robot: Robot, gravity: Sequence[float]) -> Drives:
+    return Drives(
+        rated_power=np.array(table.rated_W),
+        rated_speed=robot.speed,
+        holding=table.loss.holding,
+        coulomb=table.loss.coulomb,
+        viscous=table.loss.viscous,
+        link_mass=np.array(table.link_kg),
+        link_centre=np.array(table.link_centre_mm) * MM,
+        payload_mass=table.payload_kg,
+        payload_centre=np.array(table.payload_centre_mm) * MM,
+        down=np.array(gravity) / (np.linalg.norm(gravity) or 1.0),
     )
 
 
