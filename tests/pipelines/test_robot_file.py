@@ -106,30 +106,6 @@ def test_a_load_up_to_what_the_robot_carries_and_gravity_up_to_20_are_taken():
             load_cell("m710ic50", [f"sources.loads.{more}"])
 
 
-GIVES = "sources.compliance.compliance_urad_Nm=[0, 1, 0, 0, 0, 0]"
-WOUND = ["sources.hysteresis.width_mdeg=[1, 1, 1, 1, 1, 1]", "sources.hysteresis.windup_urad_Nm=[0, 1, 0, 0, 0, 0]"]
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ([GIVES], "nothing loads joints that give"),
-        (WOUND, "nothing loads joints that give"),
-        (["sources.thermal_growth.excess_a=[0.1, 0, 0, 0, 0, 0]"], "excess_a.0: no temperature makes this length grow"),
-        ([GIVES, "sources.loads.payload_kg=20"], ""),
-        ([*WOUND, "sources.loads.force_N=[0, 0, 9]"], ""),
-        (WOUND[:1], ""),
-        (["sources.thermal_growth.excess_a=[0, 0.1, 0, 0, 0, 0]"], ""),
-    ],
-)
-def test_an_error_that_could_do_nothing_is_refused(more, words):
-    if not words:
-        assert load_cell("m710ic50", more).sources
-        return
-    with pytest.raises(InputError, match=words):
-        load_cell("m710ic50", more)
-
-
 def test_without_a_path_file_the_current_folder_comes_first_then_the_shipped(tmp_path):
     own = project(tmp_path / "p", 22.5)
     with chdir(own):

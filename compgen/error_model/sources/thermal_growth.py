@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.exceptions import InputError
 from compgen.error_model.expressions import entries, weighted_sum
 from compgen.error_model.schema import ThermalGrowthTable
 from compgen.error_model.source import (
@@ -63,14 +62,7 @@ class ThermalGrowth(DeclaredSource):
 
     @staticmethod
     def derive(table: ThermalGrowthTable, arm: ArmFacts, key: str) -> dict[str, Any]:
-        """The growth that the thermal profiles give.
-
-        Raises:
-            InputError: A length that does not grow has an excess.
-        """
-        for name, excess, growth in zip(("a", "d"), (table.excess_a, table.excess_d), arm.growth, strict=True):
-            if still := [i for i in range(6) if excess[i] and not growth[i].any()]:
-                raise InputError(f"{key}.excess_{name}.{still[0]}: no temperature makes this length grow; leave it 0")
+        """The growth that the thermal profiles give."""
         return dict(zip(("a", "d"), arm.growth, strict=True))
 
     def nodes(self) -> set[int]:

@@ -276,7 +276,7 @@ def _silence(facts: RobotFile) -> Iterator[Finding]:
 
 
 def _refuse_load(facts: RobotFile, where: str) -> None:
-    """Raises InputError for a load that no such robot carries, that falls as nothing does, or that is missing."""
+    """Raises InputError for a load that no such robot carries, or that falls as nothing does."""
     loads, largest = facts.sources.loads, facts.payload_kg
     if largest is not None and loads.payload_kg > largest:
         raise InputError(
@@ -288,11 +288,6 @@ def _refuse_load(facts: RobotFile, where: str) -> None:
             f"{where}: sources.loads.gravity_m_s2: {loads.gravity_m_s2}: more than {MOST_GRAVITY:g} m/s^2; gravity is "
             "9.81 m/s^2"
         )
-    compliance, hysteresis = facts.sources.compliance, facts.sources.hysteresis
-    gives = compliance.compliance_urad_Nm + compliance.hardening_nrad_Nm2 if compliance else []
-    gives = gives + hysteresis.windup_urad_Nm if hysteresis else gives
-    if any(gives) and not any([*loads.link_kg, loads.payload_kg, *loads.force_N]):
-        raise InputError(f"{where}: sources.loads: nothing loads joints that give; add link_kg, payload_kg or force_N")
 
 
 def _refuse_double(facts: RobotFile, where: str) -> None:
