@@ -26,9 +26,10 @@ from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import numbers_by_words
 from compgen.pipelines.planned.many_starts import WIDE, spread_finding, start_words
 from compgen.planning.retiming.trajectory import SAME_FEED
+from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
 from compgen.program.page_stops import controller_capacity
-from compgen.program.ways import chains, station_directions
+from compgen.program.ways import chains
 from compgen.thermal.model import extrapolations
 
 ROUNDING = 3 * UM  # what rounding to three decimals may add to a corrected station, with all else that is small

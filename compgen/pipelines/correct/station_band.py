@@ -22,9 +22,9 @@ from compgen.pipelines.correct.result import Correction, CorrectionPlan
 from compgen.pipelines.files.twin_of_job import twin_of_cell
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
 from compgen.pipelines.uncertainty.draws import CONFIRMED, FlownDraw, FlownDraws, draw, some_start, unexplained
+from compgen.program.directions import station_directions
 from compgen.program.driven import DrivenProgram
 from compgen.program.frames import Frames
-from compgen.program.ways import station_directions
 from compgen.thermal import Duty, still_air
 from compgen.thermal.ensemble import Start
 from compgen.thermal.model import with_losses

@@ -18,8 +18,8 @@ from compgen.core.units import DEG
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.job.job import Cell
+from compgen.program.directions import station_directions
 from compgen.program.driven import DrivenProgram, Positions
-from compgen.program.ways import station_directions
 from compgen.robot.configuration import postures_of, turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 from compgen.robot.joint_path import nearest_turns

@@ -26,8 +26,8 @@ from compgen.pipelines.resume.corrected_rest import (
 )
 from compgen.pipelines.resume.paged_run import LogZero, PagedRun
 from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
-from compgen.program.ways import station_directions
 from compgen.thermal import JointMotion, state_after, still_air
 from compgen.thermal.model import with_losses
 from compgen.thermal.rise_filter import STEP
