@@ -54,14 +54,15 @@ def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> I
         return
     least, most = column_extremes(robot.to_pendant(theta))
     over = np.maximum(joint_box[:, 0] - least, most - joint_box[:, 1])
-    if not over.max() <= TOLERANCE:
-        ranges = ", ".join(
-            f"J{i + 1} by up to {over[i] / DEG:.1f} deg ({low / DEG:g} to {high / DEG:g})"
-            for i, (low, high) in enumerate(joint_box)
-            if over[i] > TOLERANCE
-        )
-        message = f"the program leaves the joints that the errors were identified in: {ranges}; measure poses there"
-        yield Finding.of(Code.SOURCES_BOX, message)
+    if over.max() <= TOLERANCE:
+        return
+    ranges = ", ".join(
+        f"J{i + 1} by up to {over[i] / DEG:.1f} deg ({low / DEG:g} to {high / DEG:g})"
+        for i, (low, high) in enumerate(joint_box)
+        if over[i] > TOLERANCE
+    )
+    message = f"the program leaves the joints that the errors were identified in: {ranges}; measure poses there"
+    yield Finding.of(Code.SOURCES_BOX, message)
 
 
 def joint_halves(model: ErrorModel, theta: Array) -> Array:
@@ -131,11 +132,12 @@ def unknown_start_findings(
     q, r = np.tile(driven.theta[n], (9, 1)), np.tile(driven.rise[n], (9, 1))
     displacement = model.actual_pose(q, r, changed).position - model.actual_pose(q, r, assumed).position
     distance = np.linalg.norm(displacement, axis=1)
-    if not distance.sum() <= NEGLIGIBLE:
-        names = (*robot.joint_names, "x", "y", "z")
-        amounts = ", ".join(f"{names[i]} {distance[i] / UM:.1f} um" for i in np.flatnonzero(distance > NEGLIGIBLE / 10))
-        yield Finding.of(
-            Code.SOURCES_START,
-            f"the side that joints come from is not known before they have moved: where the part begins, {amounts} of "
-            "half-width are left unknown; lead in with a longer move, always from the same side",
-        )
+    if distance.sum() <= NEGLIGIBLE:
+        return
+    names = (*robot.joint_names, "x", "y", "z")
+    amounts = ", ".join(f"{names[i]} {distance[i] / UM:.1f} um" for i in np.flatnonzero(distance > NEGLIGIBLE / 10))
+    yield Finding.of(
+        Code.SOURCES_START,
+        f"the side that joints come from is not known before they have moved: where the part begins, {amounts} of "
+        "half-width are left unknown; lead in with a longer move, always from the same side",
+    )

@@ -135,28 +135,30 @@ def _frames_told_apart(
     data: Measurements, nominal: FittedCandidate, selected: FittedCandidate, identifiability: Identifiability
 ) -> Iterator[Finding]:
     """What is said where poses hardly turn the tool; refused where instrument and reflectors do not stay."""
-    if not identifiability.frames_condition <= ILL:
-        stays = _frames_stay(nominal, selected)
-        yield Finding(
-            Level.WARNING if stays else Level.REFUSED,
-            Code.FRAMES,
-            f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
-            f"{'instrument' if (data.kind == PLACE).all() else 'spheres or sockets'} and of what the flange carries "
-            "can hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
-            "second reflector",
-        )
+    if identifiability.frames_condition <= ILL:
+        return
+    stays = _frames_stay(nominal, selected)
+    yield Finding(
+        Level.WARNING if stays else Level.REFUSED,
+        Code.FRAMES,
+        f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
+        f"{'instrument' if (data.kind == PLACE).all() else 'spheres or sockets'} and of what the flange carries "
+        "can hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
+        "second reflector",
+    )
 
 
 def _refuse_unexplained(robot: Robot, selected: FittedCandidate) -> Iterator[Finding]:
     """Refusal of a fit that leaves more than any calibration does."""
     left, reach = selected.cross_validation.robust_mean, float(np.abs(robot.a).sum() + np.abs(robot.d).sum())
-    if not left <= FAR * reach:
-        yield Finding.of(
-            Code.UNEXPLAINED,
-            f"at poses it had not seen the best model is {left / MM:.1f} mm off, more than an arm's zeros, lengths "
-            f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
-            "signs), the DH lengths and the order of the columns this robot's?",
-        )
+    if left <= FAR * reach:
+        return
+    yield Finding.of(
+        Code.UNEXPLAINED,
+        f"at poses it had not seen the best model is {left / MM:.1f} mm off, more than an arm's zeros, lengths "
+        f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
+        "signs), the DH lengths and the order of the columns this robot's?",
+    )
 
 
 def _refuse_no_gain(

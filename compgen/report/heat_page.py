@@ -41,8 +41,8 @@ def _csv(job: Job, columns: dict[str, Array], rise: Array) -> bytes:
     """Columns (M,) by their names, and behind them the rises of a job's nodes, (M, K) [K]; times to the millisecond."""
     names = [*columns, *(f"rise_{name}_K" for name in job.heat.names)]
     rows = np.column_stack([*columns.values(), rise])
-    said = [_seconds if name.endswith("_s") else "{:.6g}".format for name in names]
-    lines = (",".join(say(v) for say, v in zip(said, row, strict=True)) for row in rows)
+    formats = [_seconds if name.endswith("_s") else "{:.6g}".format for name in names]
+    lines = (",".join(form(v) for form, v in zip(formats, row, strict=True)) for row in rows)
     return "\n".join([",".join(names), *lines, ""]).encode()
 
 

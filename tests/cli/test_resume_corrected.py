@@ -127,15 +127,15 @@ def test_the_rest_is_written_and_what_was_before_stays(job):
 
 def test_pages_that_were_written_anew_already_are_what_the_job_would_have_gone_on_with(job):
     """Written for 35 min, they are 11 um off after 2 h, and 0 when asked again; 18 were said, of what they replaced."""
-    said = []
+    before = []
     for late in ("35min", "2h", "2h"):
         result = run("resume", job, "--from-page", "2", "--late", late, *RESUME[2:], "--json")
-        said.append(json.loads(result.stdout)["pages"][0]["before"]["max_um"])
+        before.append(json.loads(result.stdout)["pages"][0]["before"]["max_um"])
     there = arm.joints_at(arm.frame(1360, 20, 200, 180, 0, 0), HOME)
     warm = [naive_heat.rises((("moving", 200, 5), ("idle", 0, hours))) for hours in (0, 35 / 60, 2)]
     planned, first, second = (arm.flange(there, naive_heat.warm_lengths(rise))[:3, 3] for rise in warm)
     off = [np.linalg.norm(now - then) * 1e3 for now, then in ((first, planned), (second, first), (second, second))]
-    assert_allclose(said, off, rtol=0, atol=1.0)
+    assert_allclose(before, off, rtol=0, atol=1.0)
 
 
 @pytest.mark.parametrize(

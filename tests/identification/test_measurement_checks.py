@@ -250,6 +250,19 @@ def test_three_wrong_columns_and_two_that_only_together_come_nearer_are_not_gues
     assert better_reading(PENDANT, farther, 0.31, 1) is None
 
 
+def seen_by_a_tracker(theta, position, rotation):
+    """Poses of a reflector as an instrument in a frame of its own measured them."""
+    count = len(theta)
+    return replace(
+        blank_rows(theta, np.arange(count), [f"m.csv: line {n + 2}" for n in range(count)], 0),
+        position=position,
+        rotation=rotation,
+        reflectors=("r",),
+        instruments=("m.csv",),
+        aligned=np.array([False]),
+    )
+
+
 @pytest.mark.parametrize(
     ("read", "refused"),
     [
@@ -269,14 +282,7 @@ def test_orientations_that_are_no_rotation_vectors_of_the_flange_are_refused(rea
     axes = rotation_matrix(rng.normal(size=(1, 3)))[0]  # of the reflector, in the flange
     at = flange.position + flange.rotation @ [0.06, 0.01, 0.1]
     turn = base @ flange.rotation @ axes @ rotation_matrix(rng.normal(0, 0.1 * DEG, (count, 3)))
-    data = replace(
-        blank_rows(theta, np.arange(count), [f"m.csv: line {n + 2}" for n in range(count)], 0),
-        position=at @ base.T,
-        rotation=np.asarray(read(turn)),
-        reflectors=("r",),
-        instruments=("m.csv",),
-        aligned=np.array([False]),
-    )
+    data = seen_by_a_tracker(theta, at @ base.T, np.asarray(read(turn)))
     model = build_model(arm.robot, [], 0)
     if refused:
         with pytest.raises(InputError, match=r"columns rx_deg, ry_deg, rz_deg: they turn by \d+\.\d deg \(median\)"):
@@ -292,14 +298,7 @@ def test_an_arm_whose_zero_is_off_by_two_degrees_is_no_file_of_other_angles(join
     theta = random_theta(arm.robot, rng, count)
     flange = flange_pose(arm.robot, theta + 2 * DEG * np.eye(6)[joint])
     turns = flange.rotation @ rotation_matrix(rng.normal(0, 0.02 * DEG, (count, 3)))
-    data = replace(
-        blank_rows(theta, np.arange(count), [f"m.csv: line {n + 2}" for n in range(count)], 0),
-        position=flange.position + flange.rotation @ [0.06, 0.01, 0.1],
-        rotation=turns,
-        reflectors=("r",),
-        instruments=("m.csv",),
-        aligned=np.array([False]),
-    )
+    data = seen_by_a_tracker(theta, flange.position + flange.rotation @ [0.06, 0.01, 0.1], turns)
     model = build_model(arm.robot, [], 0)
     check_plausible(arm.robot, model, data)
     with pytest.raises(InputError, match="rx_deg, ry_deg, rz_deg: they turn by"):
@@ -314,14 +313,7 @@ def test_places_on_a_line_leave_open_how_the_instrument_stands_about_it():
     tilted = np.diag([1.0, -1.0, -1.0]) @ rotation_matrix(rng.uniform(-0.5, 0.5, (count, 3)))
     theta = solve_tool(arm.robot, Pose(place, tilted), Pose(ball, np.eye(3)), Posture())[0]
     base = rotation_matrix(rng.normal(size=(1, 3)))[0]
-    data = replace(
-        blank_rows(theta, np.arange(count), [f"m.csv: line {n + 2}" for n in range(count)], 0),
-        position=(place + rng.normal(0, 1e-4, (count, 3))) @ base.T,
-        rotation=base @ tilted,
-        reflectors=("r",),
-        instruments=("m.csv",),
-        aligned=np.array([False]),
-    )
+    data = seen_by_a_tracker(theta, (place + rng.normal(0, 1e-4, (count, 3))) @ base.T, base @ tilted)
     model = build_model(arm.robot, [], 0)
     check_plausible(arm.robot, model, data)
     with pytest.raises(InputError, match="rx_deg, ry_deg, rz_deg: they turn by"):

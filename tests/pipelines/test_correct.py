@@ -601,8 +601,8 @@ def test_a_called_program_that_may_repeat_what_it_does_is_named(loop, hot):
     rest = program([loop[0] or "R[1]=1", "WAIT 60.00(sec)", loop[1] or "R[1]=2"], [], name="REST")
     beside = {"REST": rest, "DAY": program(["CALL REST"], [], name="DAY")}
     result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
-    (said,) = (f.message for f in result.findings if f.code == "timing.order")
-    assert said.startswith("line 5 and in REST: jumps" if loop[0] else "line 5: jumps")
+    (message,) = (f.message for f in result.findings if f.code == "timing.order")
+    assert message.startswith("line 5 and in REST: jumps" if loop[0] else "line 5: jumps")
 
 
 @pytest.mark.parametrize(

@@ -146,8 +146,8 @@ def test_a_bound_of_what_the_report_says_is_kept(path):
     for scale in np.linspace(1.0, 2.0, 200):
         moved = Pose(scale * execution.actual.position, execution.actual.rotation)
         deviation = deviation_from_path(path, [replace(execution, actual=moved)], len(execution.time))
-        said = statistics(deviation, on_part=True)["total"]["max_um"]
-        for bound, is_broken in ((said * UM, False), (said * UM * (1 - 1e-14), True)):
+        largest = statistics(deviation, on_part=True)["total"]["max_um"]
+        for bound, is_broken in ((largest * UM, False), (largest * UM * (1 - 1e-14), True)):
             codes = [finding.code for finding in judge(deviation, Bounds(max=bound))]
             assert (Code.BOUNDS_MAX_UM in codes) == is_broken
 

@@ -31,7 +31,6 @@ from compgen.error_model.source import (
 from compgen.robot.kinematics import Chain, is_zero
 
 UPRIGHT = 0.01  # gravity's share across the first axis, of that along it, which loads no first joint to speak of
-
 SURE = 3  # standard deviations below zero that no joint gives by
 AGAINST = (
     "{} would give against the load: gravity pulls otherwise than sources.loads.gravity_m_s2 says (an arm on a wall or "

@@ -76,7 +76,8 @@ def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> 
                 listings[name] = called.source
                 texts = {text for _, text in other_statements(called)}
                 frames.update(*map(written_frames, texts))
-                branching.update([name] if any(map(_branches, texts)) else [])
+                if any(map(_branches, texts)):
+                    branching.add(name)
                 known[name] = _effects_of(called, {beneath: look_up(beneath) for beneath in _names(called)})
         return known[name]
 

@@ -199,14 +199,15 @@ def orientation_on_arcs(job: Job, program: Program) -> Iterator[Finding]:
     share = length[via - 1] / (length[via - 1] + length[via])
     even = interpolate_rotation(rotation[via - 1], rotation[via + 1], share)
     off = norm(rotation_vector(np.swapaxes(even, 1, 2) @ rotation[via]))
-    if not off.max() <= SAME_TURN:
-        bound = job.bounds.axis
-        message = (
-            f"at P[{int(via[np.argmax(off)]) + 1}] the tool is {off.max() / MDEG:.1f} mdeg off if the controller "
-            "ignores the orientation of an arc's via, which is not published; here it turns through it"
-        )
-        level = Level.WARNING if bound is not None and off.max() > bound else Level.NOTE
-        yield Finding(level, Code.PATH_ARCS_ORIENTATION, message)
+    if off.max() <= SAME_TURN:
+        return
+    bound = job.bounds.axis
+    message = (
+        f"at P[{int(via[np.argmax(off)]) + 1}] the tool is {off.max() / MDEG:.1f} mdeg off if the controller "
+        "ignores the orientation of an arc's via, which is not published; here it turns through it"
+    )
+    level = Level.WARNING if bound is not None and off.max() > bound else Level.NOTE
+    yield Finding(level, Code.PATH_ARCS_ORIENTATION, message)
 
 
 def times_apart(controller: Controller, written: WrittenMotion) -> Iterator[Finding]:

@@ -154,13 +154,14 @@ def own_points_path(
 def _off_surface(points: GivenPoints, off: Array, kind: str, what: str) -> Iterator[Finding]:
     """How far (M,) [m] points on the part are from a surface that only says how the tool stands on them."""
     off = off[points.contact]
-    if not np.abs(off).max(initial=0.0) <= OFF_SURFACE:
-        yield Finding(
-            Level.WARNING if off.min() < -OFF_SURFACE else Level.NOTE,
-            Code.SURFACE_MESH,
-            f"on the part the points of {points.source} are {off.min() / MM:.2f} to {off.max() / MM:.2f} mm from the "
-            f"{kind} (below 0: in it), and the tool goes where they are: compare {what}",
-        )
+    if np.abs(off).max(initial=0.0) <= OFF_SURFACE:
+        return
+    yield Finding(
+        Level.WARNING if off.min() < -OFF_SURFACE else Level.NOTE,
+        Code.SURFACE_MESH,
+        f"on the part the points of {points.source} are {off.min() / MM:.2f} to {off.max() / MM:.2f} mm from the "
+        f"{kind} (below 0: in it), and the tool goes where they are: compare {what}",
+    )
 
 
 def through(table: OwnPoints) -> str:
@@ -292,14 +293,15 @@ def _cut_in(curve: PiecewiseCurve, mesh: Mesh, above: float, allowed: float) -> 
     over = mesh.over(xy)
     depth = np.nan_to_num((over.height + above - curve.height(piece, t)[0]) * over.normal[:, 2])
     worst = int(np.argmax(depth))
-    if not depth[worst] <= allowed:
-        x, y = xy[worst] / MM
-        yield Finding(
-            Level.WARNING,
-            Code.SURFACE_MESH,
-            f"the path cuts {depth[worst] / UM:.0f} um into the mesh at x {x:.1f}, y {y:.1f} mm, which bends there "
-            "more than points on it show; export it finer, or keep off that place (path.lead_mm, [boundary])",
-        )
+    if depth[worst] <= allowed:
+        return
+    x, y = xy[worst] / MM
+    yield Finding(
+        Level.WARNING,
+        Code.SURFACE_MESH,
+        f"the path cuts {depth[worst] / UM:.0f} um into the mesh at x {x:.1f}, y {y:.1f} mm, which bends there "
+        "more than points on it show; export it finer, or keep off that place (path.lead_mm, [boundary])",
+    )
 
 
 def _size(mesh: Mesh, laid: Laid) -> str:
