@@ -16,7 +16,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, lengths_along, row_norms
 from compgen.core.units import MM
-from compgen.job.own_file import OwnFile
+from compgen.job.job import OwnFile
 
 GROUPS = 5000  # of a file at most
 GROUP = 10 * MM  # of its way at least
