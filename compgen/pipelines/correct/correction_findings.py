@@ -23,7 +23,6 @@ from compgen.pipelines.correct.result import Correction, off_by_digits, straight
 from compgen.pipelines.correct.station_band import part_frame_of
 from compgen.pipelines.correct.station_corrections import error_models
 from compgen.pipelines.findings import job_findings
-from compgen.pipelines.findings.job_findings import numbers_by_words
 from compgen.pipelines.planned.many_starts import WIDE, spread_finding, start_words
 from compgen.planning.retiming.trajectory import SAME_FEED
 from compgen.program.directions import station_directions
@@ -195,12 +194,12 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
         message = f"called programs not beside it are taken to write no user frame and no tool: {_first_of(missing)}"
         message += "; put their .LS there, or make sure that none does"
         yield Finding.of(Code.PROGRAM_CALLED, message)
-    for reason, stations in numbers_by_words(result.plan.stations.held).items():
+    for reason, stations in job_findings.numbers_by_words(result.plan.stations.held).items():
         at = np.isin(result.execution.station, stations) & (result.execution.fraction == 1)
         left = result.residual.distance[at].max(initial=0.0) / UM
         message = f"{_lines_at(result, stations)} left as it is, up to {left:.0f} um off: {reason}"
         yield Finding.of(Code.CORRECTION_HELD, message)
-    for limit, stations in numbers_by_words(result.plan.stations.limited).items():
+    for limit, stations in job_findings.numbers_by_words(result.plan.stations.limited).items():
         yield Finding.of(Code.CORRECTION_LIMITED, f"{limit} binds at {_lines_at(result, stations)}")
 
 
@@ -270,9 +269,10 @@ def _way_findings(result: Correction) -> Iterator[Finding]:
         if len(stations):
             message = f"{_lines_at(result, stations)}: {words} {robot} between its ends: only the ends are judged"
             yield Finding(level, Code.CORRECTION_REACH, message)
-    if len(past := ways_past_limits(result)):
-        message = f"{_lines_at(result, past)}: the way there takes {robot} past a joint's limit or into itself"
-        yield Finding(Level.WARNING, Code.CORRECTION_REACH, f"{message} between its ends")
+    past, worst = ways_past_limits(result)
+    if worst:
+        message = f"{_lines_at(result, past)}: between its ends the way there takes {worst}; teach a position between"
+        yield Finding(Level.WARNING, Code.CORRECTION_REACH, message)
     unsure = np.flatnonzero(result.plan.free & drive.line & (drive.origin == NONE))
     unsure = unsure[unsure > 0]
     if len(unsure):

@@ -8,7 +8,7 @@ import numpy as np
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.units import MM, UM
+from compgen.core.units import DEG, MM, UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
@@ -178,20 +178,30 @@ class Correction(Judged):
         return self.verdict in (Verdict.INSIDE, Verdict.NO_BOUNDS, Verdict.NOT_LOADABLE)
 
 
-def ways_past_limits(result: Correction) -> IntArray:
+def ways_past_limits(result: Correction) -> tuple[IntArray, str]:
     """Stations whose way there leaves a joint's limit or the polygon of J2 and J3 between ends that do not, (n,).
 
-    Looked at are the places that the written text is judged at.
+    And what the worst of them does there. Looked at are the places that the written text is judged at.
     """
     flight, robot, drive = result.execution, result.cell.robot, result.plan.drive
 
+    def excess(theta: Array) -> Array:
+        return np.maximum(robot.lower - theta, theta - robot.upper)
+
     def is_past(theta: Array) -> BoolArray:
-        beyond = (theta < robot.lower - LIMIT_TOLERANCE) | (theta > robot.upper + LIMIT_TOLERANCE)
-        return np.asarray(beyond.any(axis=1) | ~robot.is_clear(theta))
+        return np.asarray((excess(theta) > LIMIT_TOLERANCE).any(axis=1) | ~robot.is_clear(theta))
 
     stations = np.unique(flight.station[(flight.fraction < 1) & is_past(flight.theta)])
     ends = is_past(drive.at.theta)[drive.pose[[stations, drive.origin[stations]]]]
-    return stations[~ends.any(axis=0)]
+    stations = stations[~ends.any(axis=0)]
+    theta = flight.theta[np.isin(flight.station, stations) & (flight.fraction < 1)]
+    if not len(theta):
+        return stations, ""
+    row, joint = np.unravel_index(np.argmax(excess(theta)), theta.shape)
+    if excess(theta)[row, joint] > LIMIT_TOLERANCE:
+        lower, upper = robot.quoted_limits[:, joint] / DEG
+        return stations, f"{robot.joint_names[joint]} beyond {lower:g} to {upper:g} deg"
+    return stations, f"J2 and J3 of {robot.name} out of limits.interference.j2_j3_deg, where the arm hits itself"
 
 
 def off_by_digits(result: Correction, samples: IntArray) -> Array:
