@@ -16,13 +16,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, frozen, owns, rms, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, rms, row_norms
 from compgen.core.evaluation import IndexedRows, evaluate
+from compgen.core.pose import Pose
 from compgen.core.units import MDEG, UM
 from compgen.planning.curves import WIDTH
 from compgen.planning.exact_path import parameter_expr, path_functions
 from compgen.planning.toolpath import ToolPath
-from compgen.verification.twin import Execution
+from compgen.verification.twin import Execution, owning_segments
 
 SUBSAMPLE = 64  # one of so many values tells first about where the percentile lies
 UNKNOWN = -1.0  # in place of a parameter
@@ -80,8 +81,10 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
     for execution in executions:
         rows = slice(begin, begin + len(execution.time))
         begin, time[rows] = rows.stop, execution.time
-        touching[rows] = on_part[execution.segment]
-        arc[rows], error[rows], components = _compare(path, execution)
+        segment = owning_segments(on_part, execution.segment, execution.fraction)
+        touching[rows] = on_part[segment]
+        fraction = np.where(segment < execution.segment, 1.0, execution.fraction)
+        arc[rows], error[rows], components = _compare(path, execution.actual, segment, fraction)
         feed[rows], cross[rows], normal[rows], angle[rows] = components.T
     weight = sample_lengths(arc)
     sizes = dict(zip(COMPONENTS, (row_norms(error), feed, cross, normal, angle), strict=True))
@@ -105,9 +108,8 @@ def sample_lengths(arc: Array, counted: BoolArray | None = None) -> Array:
     return lengths
 
 
-def _compare(path: ToolPath, execution: Execution) -> tuple[Array, Array, Array]:
+def _compare(path: ToolPath, actual: Pose, segment: IntArray, fraction: Array) -> tuple[Array, Array, Array]:
     """arc (M,), error (M, 3), and feed, cross, normal and angle (M, 4) of samples."""
-    segment, fraction = execution.segment, execution.fraction
     first, last = int(segment[0]), int(segment[-1]) + 1
     gaps = np.diff(path.arc[first : last + 1])
     exact, piece = path.exact, path.piece[segment]
@@ -118,7 +120,7 @@ def _compare(path: ToolPath, execution: Execution) -> tuple[Array, Array, Array]
         parameter = np.full((len(segment), 1), UNKNOWN)
         k = segment[rows]
         parameter[rows, 0] = exact.parameter_by_newton(piece[rows], path.span[k], gaps[k - first], fraction[rows])
-    actual = exact.in_frame(execution.actual)
+    actual = exact.in_frame(actual)
     laid = IndexedRows(exact.coefficients, piece), exact.surface.coefficients(), exact.spin_vector()
     place = IndexedRows(path.span, segment), IndexedRows(path.slope, segment), fraction[:, None], parameter
     error, components = evaluate(_build_components(), *laid, *place, actual.position, actual.rotation_rows)

@@ -14,7 +14,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, row_norms
 from compgen.robot.motion import ControllerMotion, ExpectedMotion
 from compgen.robot.robot import Robot
-from compgen.verification.twin import PreparedProgram
+from compgen.verification.twin import PreparedProgram, owning_segments
 from compgen.verification.twin.controller.command import WrittenPath, first_statements
 from compgen.verification.twin.controller.deviation import MotionDeviation, most_in_blocks, motion_deviation
 
@@ -85,8 +85,7 @@ class _Flight(NamedTuple):
 
 
 def _flight(prepared: PreparedProgram, touching: BoolArray) -> _Flight:
-    counts = prepared.samples_per_segment
-    segment = np.append(np.repeat(np.arange(len(counts)), counts), len(counts) - 1)
+    segment = owning_segments(touching, *prepared.samples())
     on_part = touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
     path = prepared.written_path()
     return _Flight(prepared, path, segment, on_part, first_statements(prepared.twin.robot, path, prepared.override))
@@ -128,7 +127,7 @@ def error_at_half_override(prepared: PreparedProgram, error: Array, touching: Bo
     half = prepared.at_override(HALF).led
     if prepared.led is None or half is None:
         return 0.0
-    on_part = np.append(np.repeat(touching, prepared.samples_per_segment), touching[-1]) | ~touching.any()
+    on_part = prepared.touching_samples(touching)
     return float(row_norms((error + half.across - prepared.led.across)[on_part]).max())
 
 

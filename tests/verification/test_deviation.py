@@ -86,6 +86,25 @@ def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):
         assert extent.p99 == pytest.approx(by_sorting(size, weight), abs=1e-13)
 
 
+def test_the_last_place_on_the_part_is_judged_as_one_on_it(path):
+    """It is where the retract begins, too: of that it was a sample, and along its way."""
+    N = len(path.arc)
+    segment, fraction = np.append(np.arange(N - 1), N - 2), np.append(np.zeros(N - 1), 1.0)
+    last = int(np.flatnonzero(path.contact)[-1])
+    assert last < N - 1
+    strayed = np.zeros((N, 6))
+    strayed[last, :2] = 30 * UM, 40 * UM
+    none, target = np.zeros((N, 6)), path.target
+    actual = Pose(target.position + strayed[:, :3], target.rotation)
+    execution = Execution(
+        segment=segment, fraction=fraction, time=np.arange(float(N)), rise=none, theta=none, actual=actual
+    )
+    on_part = deviation_from_path(path, [execution], N).on_part
+    assert on_part["total"].max == pytest.approx(50 * UM)
+    assert on_part["feed"].max == pytest.approx(30 * UM)  # the line goes along x there
+    assert on_part["cross"].max == pytest.approx(40 * UM)
+
+
 def test_chunks_of_an_execution_give_what_the_whole_gives(path):
     execution = executed(path, 9000)[0]
 

@@ -193,8 +193,8 @@ def _largest(file: WrittenFile, at_mean: Deviation, moved: Array, waypoints: Int
     Between two of the waypoints (samples (P,)) the displacement is a straight line; what stays at the mean is not:
     there the samples count that lie farthest to either side along World.
     """
-    path, first = file.program.path, file.prepared.first_samples()
-    off_part = np.append(np.repeat(~path.segments_on_part(), np.diff(first)), False)
+    path = file.program.path
+    off_part = ~file.prepared.touching_samples(path.touching_segments())
     error = np.where(off_part[:, None], 0.0, at_mean.error)
     largest = np.zeros(len(moved))
     for j, (a, b) in enumerate(zip(waypoints.tolist(), waypoints[1:].tolist(), strict=False)):

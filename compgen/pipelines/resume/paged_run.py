@@ -144,4 +144,4 @@ def planned_run(written: WrittenJob, whole: Planned) -> PlannedRun:
 def on_part_rows(whole: Planned) -> BoolArray:
     """Waypoints where the tool touches, (N,)."""
     on_part = whole.path.segments_on_part()
-    return np.asarray(np.append(on_part, on_part[-1]) & np.append(on_part[0], on_part))
+    return np.asarray(np.append(on_part, on_part[-1]) | np.append(on_part[0], on_part))

@@ -266,9 +266,10 @@ def _page_results(
     edges = np.array([p.first - pages[0].first for p in pages] + [len(path.arc) - 1], dtype=np.int64)
     on_part = path.segments_on_part()
     samples = prepared.first_samples()
-    touching = np.append(np.repeat(on_part, np.diff(samples)), on_part[-1])
+    touching = prepared.touching_samples(on_part)
     old_samples = np.searchsorted(before.arc, path.arc)  # the old text has other lengths, so other samples
-    old_touching = on_part[np.clip(np.searchsorted(path.arc, before.arc, side="right") - 1, 0, len(on_part) - 1)]
+    sides = [np.searchsorted(path.arc, before.arc, side=side) - 1 for side in ("left", "right")]
+    old_touching = on_part[np.clip(sides, 0, len(on_part) - 1)].any(axis=0)
     for begin, end in pairwise(edges):
         sizes = []
         for deviation, at, mask in ((before, old_samples, old_touching), (after, samples, touching)):

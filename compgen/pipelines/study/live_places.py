@@ -31,6 +31,7 @@ from compgen.pipelines.study.live_day import Cycle, Day, Setting, history_at
 from compgen.thermal import Duty, ThermalModel, rise_history, still_air
 from compgen.thermal.schedule import History
 from compgen.verification.deviation import Sizes, deviation_from_path, percentile99, sample_lengths
+from compgen.verification.twin import owning_segments
 
 PLACES = 600  # along the part
 SAMPLES = 5000  # along the part
@@ -136,9 +137,10 @@ def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
     """A text flown as planned, at rises (M, K) [K]."""
     execution = execute_with(job, geometry, rise)
     deviation = deviation_from_path(geometry.path, [execution], len(rise))
+    on_part = geometry.path.segments_on_part()
     return Flown(
         geometry=geometry,
-        on_part=geometry.path.segments_on_part()[geometry.segment],
+        on_part=on_part[owning_segments(on_part, geometry.segment, geometry.fraction)],
         arc=deviation.arc,
         rise=rise,
         position=execution.actual.position,

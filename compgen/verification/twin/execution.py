@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, column_extremes, cumulated, frozen, owns
+from compgen.core.arrays import Array, BoolArray, IntArray, column_extremes, cumulated, frozen, owns
 from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
@@ -56,6 +56,18 @@ class Execution:
         )
 
 
+def owning_segments(touching: BoolArray, segment: IntArray, fraction: Array) -> IntArray:
+    """The segments that samples belong to, (M,): the end of one that touches is its own where the next touches not.
+
+    Args:
+        touching: Of all segments, (S,).
+        segment: Of each sample, (M,).
+        fraction: Of it, (M,).
+    """
+    before = np.maximum(segment - 1, 0)
+    return np.where((fraction == 0) & touching[before] & ~touching[segment], before, segment)
+
+
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PreparedProgram:
     """A program of N positions, S segments between them, with the joints, times and rises that its execution needs."""
@@ -84,6 +96,22 @@ class PreparedProgram:
     def first_samples(self) -> IntArray:
         """The sample at each position, (N,)."""
         return np.concatenate([[0], np.cumsum(self.samples_per_segment)])
+
+    def samples(self, first: int = 0, last: int | None = None) -> tuple[IntArray, Array]:
+        """The segment of each sample from the segment first up to last, and the fraction of it, (M,) each."""
+        last = len(self.samples_per_segment) if last is None else last
+        counts = self.samples_per_segment[first:last]
+        begin = np.concatenate([[0], np.cumsum(counts)])
+        segment = np.repeat(np.arange(first, last), counts)
+        fraction = (np.arange(begin[-1]) - begin[segment - first]) / self.samples_per_segment[segment]
+        if last == len(self.samples_per_segment):
+            segment, fraction = np.append(segment, last - 1), np.append(fraction, 1.0)
+        return segment, fraction
+
+    def touching_samples(self, touching: BoolArray) -> BoolArray:
+        """Samples (M,) of segments that touch, of which (S,) are given: all where none does."""
+        segment = owning_segments(touching, *self.samples())
+        return touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
 
     def execute(self, progress: Callable[[float], None] = lambda share: None) -> Execution:
         """All samples at once."""
@@ -119,12 +147,7 @@ class PreparedProgram:
             TwinError: Out of reach, or the inverse and the nominal arm disagree, or pinocchio disagrees with either.
         """
         twin = self.twin
-        counts = self.samples_per_segment[first:last]
-        begin = np.concatenate([[0], np.cumsum(counts)])
-        segment = np.repeat(np.arange(first, last), counts)
-        fraction = (np.arange(begin[-1]) - begin[segment - first]) / self.samples_per_segment[segment]
-        if last == len(self.samples_per_segment):
-            segment, fraction = np.append(segment, last - 1), np.append(fraction, 1.0)
+        segment, fraction = self.samples(first, last)
         time = self.timing.time[segment] + fraction * np.diff(self.timing.time[first : last + 1])[segment - first]
         rise, growth = self.rise_and_growth(segment, fraction, time)
         has_arcs = bool(self.program.via[first : last + 1].any())
