@@ -20,7 +20,7 @@ from synthetic import made_up, measured, random_theta, warming
 
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix
-from compgen.core.units import DEG, MM, UM
+from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.identification.fit import Fit
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
@@ -235,6 +235,25 @@ def test_the_frame_is_where_the_part_stands_within_what_it_says(cell):
     lines = (cell / "by_real.toml").read_text()
     assert "[frame.taught]" in lines
     assert 'through = "model"' in lines
+
+
+@pytest.mark.parametrize(("size", "zeros_mdeg"), [(1.0, (0, 0, 0, 1500, 1500, 0)), (0.05, (0, 0, 0, 900, 900, 0))])
+def test_a_frame_is_taught_where_the_arm_without_its_model_misses_the_spheres(tmp_path, size, zeros_mdeg):
+    """By joint zeros alone: what an arm that is off by them has to be told is the inverse less them."""
+    robot, arm = load_cell("m710ic50").robot, Path(load_cell("m710ic50").robot_file).read_text()
+    (tmp_path / "arm.toml").write_text(f"{arm}\n[sources.joint_zeros]\noffset_mdeg = {list(zeros_mdeg)}\n")
+    count, rng, spheres = 4, np.random.default_rng(1), (size * SPHERES).round(6)
+    centre = np.repeat(part().act(spheres), count, axis=0)
+    rotation = np.diag([1.0, -1.0, -1.0]) @ rotation_matrix(rng.uniform(-0.35, 0.35, centre.shape))
+    theta, _ = solve_tool(robot, Pose(centre, rotation), Pose(PROBE, np.eye(3)), Posture())
+    write_artefact(tmp_path, spheres)
+    write_touches(tmp_path, robot, theta - np.array(zeros_mdeg) * MDEG, count)
+    command = ("teach-frame", tmp_path / "arm.toml", "--touches", tmp_path / "touches.csv", "-o", tmp_path / "f.toml")
+    record = json.loads(run(*command, "--json").stdout)
+    place = part().position / MM
+    assert [record["frame"][k] for k in ("x_mm", "y_mm", "z_mm")] == pytest.approx(place.tolist(), abs=0.005)
+    assert record["pendant_would_differ"] is None
+    assert run(*command, "--nominal").returncode == 2
 
 
 def test_what_touches_of_a_sphere_share_is_noise_of_theirs_less_the_fit_noise_of_the_arm(cell, record):

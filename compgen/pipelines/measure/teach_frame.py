@@ -51,7 +51,7 @@ class TaughtFrame:
     rise: Mapping[str, float]  # largest of each node [K]
     touches: Touches
     for_band: dict[str, Any]  # what its file says for the band
-    pendant: FrameFit | None  # what the pendant would have taught: by the nominal arm
+    pendant: FrameFit | None  # what the pendant would have taught, by the nominal arm; None: it is not known
     findings: tuple[Finding, ...]
 
 
@@ -88,10 +88,10 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
     if log is not None and not touches.timed:
         raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
     data, findings = (data, []) if log is None else _at_temperatures(arm, data, log, reference)
-    model = build_model(arm.robot, [], len(arm.nodes))
-    fitted = pendant = fit_frame(artefact, touches, model, data)
-    if not nominal:
-        model = build_model(arm.robot, [fixed_source(k.source) for k in arm.known], len(arm.nodes))
+    model = build_model(arm.robot, [] if nominal else [fixed_source(k.source) for k in arm.known], len(arm.nodes))
+    if nominal:
+        fitted = fit_frame(artefact, touches, model, data)
+    else:
         fitted, of_posterior = _through_model(arm, artefact, touches, model, data)
         findings += of_posterior
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
@@ -105,7 +105,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         rise=rise,
         touches=touches,
         for_band={} if nominal else _for_the_band(arm, artefact, touches, data, fitted),
-        pendant=None if nominal else pendant,
+        pendant=None if nominal else _by_pendant(arm, artefact, touches, data),
         findings=(*findings, *read_findings(touches.notes)),
     )
 
@@ -132,6 +132,14 @@ def _through_model(
         open_of_warmth = _open_of_warmth(arm, posterior, model, kept, along, fitted)
         fitted = replace(fitted, covariance=fitted.covariance + open_of_warmth)
     return fitted, findings
+
+
+def _by_pendant(arm: Arm, artefact: Artefact, touches: Touches, data: Measurements) -> FrameFit | None:
+    """What the pendant would have taught; None where the nominal arm misses the spheres by too much to say."""
+    try:
+        return fit_frame(artefact, touches, build_model(arm.robot, [], len(arm.nodes)), data)
+    except InputError:
+        return None
 
 
 def _open_of_warmth(
