@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 from scipy.stats import multivariate_normal
 from shipped import path_file
 from simulated_days import AIR, IDENTIFIED, NOISE, SPHERES, anchored, drawn_day, outcome, share_of_shift
+from states import state_of, written
 
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
@@ -20,7 +21,7 @@ from compgen.core.units import DEG, HOUR, MDEG, MM, UM
 from compgen.error_model.anchored_state import read_state
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import base_rows
-from compgen.pipelines.anchor.anchor import anchor_files
+from compgen.pipelines.anchor.anchor import anchor, anchor_files
 from compgen.pipelines.anchor.estimate import compare, estimate, path_places, widened
 from compgen.pipelines.anchor.forecast import forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, Judged, left_out, weigh
@@ -28,6 +29,7 @@ from compgen.pipelines.anchor.result import anchor_findings
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
 from compgen.pipelines.anchor.verdict import verdict_of
+from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
@@ -429,6 +431,27 @@ def test_what_a_robot_file_marks_as_drifting_is_found(tmp_path):
     assert_allclose(drift_value, 4.0, atol=1.5)
     with pytest.raises(InputError, match=r"anchor\.drifting: 'joint_zeros.offset_mdeg\[9\]' is no number"):
         anchored(drawn_day(0, tmp_path, overrides=(*IDENTIFIED, drifting.replace("[1]", "[9]"))))
+
+
+def test_touches_that_tell_nothing_leave_an_earlier_state_as_it_is(tmp_path):
+    """What grows and what drifts was lost, or known exactly: a noon's state had forgotten the morning's touches."""
+    overrides = (*IDENTIFIED, 'robot.anchor={drifting={"joint_zeros.offset_mdeg[1]"=5}}')
+    day = drawn_day(0, tmp_path, overrides=overrides)
+    names = (*(f"thermal_growth.excess_{n}" for n in ("a[2]", "d[4]", "d[6]")), "joint_zeros.offset_mdeg[1]")
+    size = np.array([*[0.5] * 5, *[12 * UM] * 3, *[0.5 * MDEG] * 3, 0.1, 0.12, 0.09, 2.0])
+    root = np.eye(len(size)) + 0.4 * np.random.default_rng(2).standard_normal((len(size), len(size)))
+    earlier = state_of(
+        day.job, base=np.array([20, -30, 10, 0, 0, 0]) * UM, drifting=names, drift=np.array([-0.07, 0.03, 0.05, 1.5]),
+        covariance=np.outer(size, size) * (root @ root.T),
+    )  # fmt: skip
+    begun = load_job(SPIRAL, overrides=[*overrides, f"state.file='{written(earlier, tmp_path)}'"])
+    vague = replace(day.touches, timed=False, sigma=np.full(len(day.touches.target), 1.0))
+    later = anchor(begun, day.artefact, vague, WORLD).state
+    assert later.drifting == names
+    assert_allclose(later.drift, earlier.drift, rtol=1e-6)
+    assert_allclose(later.base, earlier.base, atol=0.001 * UM)
+    assert_allclose(later.rise, earlier.rise, rtol=1e-6)
+    assert_allclose(later.covariance / np.outer(size, size), root @ root.T, atol=1e-5)
 
 
 def test_the_command_writes_state_page_and_record(days, tmp_path):

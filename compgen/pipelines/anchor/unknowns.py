@@ -25,7 +25,7 @@ from compgen.error_model.posterior import numbers_of
 from compgen.error_model.rigid_share import rigid_share
 from compgen.error_model.source import Expanding
 from compgen.error_model.uncertain_sources import Quantity
-from compgen.job.anchored_start import base_rows, drifting_row
+from compgen.job.anchored_start import base_rows, drifting_row, drifting_rows
 from compgen.job.job import Cell, Job
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.anchor.forecast import Forecast
@@ -118,13 +118,14 @@ def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, miss
     known = quantities_of_cell(cell)
     parameters, base = known.parameters, base_rows(known.parameters)
     moves = {id(q): set(np.flatnonzero(q.cause.parameters).tolist()) for q in known.quantities}
-    alone = {*base}, _unmeasured_growth(cell, parameters)
+    of_state = {*base, *drifting_rows(cell, parameters)}  # that an earlier state knows, together with its rises
+    alone = of_state, _unmeasured_growth(cell, parameters)
     growth = [
         q for q in known.quantities if (m := moves[id(q)]) and (q.source in GROWTH or any(m <= rows for rows in alone))
     ]
     thermal = [q for q in known.quantities if not moves[id(q)]]
     others = [q for q in known.quantities if q not in [*growth, *thermal]]
-    named = _named(cell, parameters, set[int]().union(*(moves[id(q)] for q in growth)) - set(base))
+    named = _named(cell, parameters, of_state.union(*(moves[id(q)] for q in growth)) - set(base))
     rows = (*base, *(row for row, _ in named.values()))
     other_rise = np.array([forecast.added_rise(q, job.feed) for q in others]).reshape(-1, len(forecast.rise))
     return Unknowns(
@@ -152,14 +153,10 @@ def _unmeasured_growth(cell: Cell, parameters: SourceParameters) -> set[int]:
 def _named(cell: Cell, parameters: SourceParameters, grown: set[int]) -> dict[str, tuple[int, float]]:
     """Row and unit of each number that a state names: what grows, then what drifts."""
     places = {_place(parameters, n) for n in grown}
-    growing = [n for n, (p, _) in numbers_of(cell.known).items() if (p.table, p.field, p.index) in places]
-    named = {name: drifting_row(cell, parameters, name, "growth") for name in growing}
-    rows = {row for row, _ in named.values()}
-    for name in cell.drifting.numbers:
-        row, unit = drifting_row(cell, parameters, name, f"{cell.robot_file}: anchor.drifting")
-        if row not in rows:
-            named[name] = row, unit
-    return named
+    of_place = {(p.table, p.field, p.index): name for name, (p, _) in numbers_of(cell.known).items()}
+    growing = [name for place, name in of_place.items() if place in places and name not in cell.drifting.numbers]
+    where = f"{cell.robot_file}: anchor.drifting"
+    return {name: drifting_row(cell, parameters, name, where) for name in (*growing, *cell.drifting.numbers)}
 
 
 def _prior(
@@ -196,6 +193,8 @@ def _prior(
     rise = np.append(forecast.rise, np.zeros(len(rows)))
     P = warm + known_to(growth)
     for name, sigma in zip(cell.drifting.numbers, cell.drifting.sigma, strict=True):
+        if cell.state is not None and name in cell.state.drifting:
+            continue  # how well that is known the state says
         row, unit = drifting_row(cell, quantities_of_cell(cell).parameters, name, f"{cell.robot_file}: anchor.drifting")
         P[K + rows.index(row), K + rows.index(row)] += (sigma * unit) ** 2
     shifted, turned, of_base = *np.zeros((2, X, X)), np.s_[K : K + 6, K : K + 6]
