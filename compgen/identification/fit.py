@@ -17,7 +17,13 @@ from scipy.special import chdtri
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix
 from compgen.identification.evidence import Posterior, Scales, pose_equations
-from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance
+from compgen.identification.instrument_frames import (
+    InstrumentFrames,
+    initial_frames,
+    measured_distance,
+    reflector_axes,
+    with_orientations,
+)
 from compgen.identification.linearisation import (
     FRAME_PRECISION,
     Linearisation,
@@ -196,11 +202,12 @@ class _Solver:
         p = np.zeros(len(self.model.parameters))
         position, rotation = self.model.pose(self.data, p)
         frames = initial_frames(self.data, position, rotation)
+        frames = with_orientations(self.data, frames, position, rotation)
         distance = measured_distance(frames, self.data, position, rotation)
         s2 = self.noise**2 if self.noise else max(START_NOISE, 0.2 * float(np.median(distance))) ** 2
         names, _ = self.model.groups()
         scales = Scales(np.ones(len(names)), np.where(np.arange(len(KINDS)) == KNOWN, 1.0, s2))
-        axes = _reflector_rotations(self.data, frames, rotation)
+        axes = reflector_axes(self.data, frames, rotation)
         return self._at(p, frames, axes, scales)
 
     def _at(self, p: Array, frames: InstrumentFrames, axes: Array, scales: Scales) -> _Iterate:
@@ -345,17 +352,6 @@ def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Mea
         component = np.einsum("nji,nj->ni", vectors, z)
         distance[rows] = (component**2 / values).sum(axis=1)
     return distance
-
-
-def _reflector_rotations(data: Measurements, frames: InstrumentFrames, rotation: Array) -> Array:
-    """Each reflector's own axes in the flange, from its first measured orientation."""
-    reflector_rotation = np.tile(np.eye(3), (len(data.reflectors), 1, 1))
-    for r in range(len(reflector_rotation)):
-        rows = np.flatnonzero((data.reflector == r) & np.isfinite(data.rotation[:, 0, 0]))
-        if len(rows):
-            n = int(rows[0])
-            reflector_rotation[r] = rotation[data.pose[n]].T @ frames.rotation[data.instrument[n]].T @ data.rotation[n]
-    return reflector_rotation
 
 
 def _student_weights(z: Array, s2: Array, numbers: IntArray) -> Array:

@@ -33,6 +33,7 @@ from compgen.identification.identifiability import (
 from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.log_readings import log_findings
 from compgen.identification.measured_poses import STILL
+from compgen.identification.measured_turns import check_fitted_turns
 from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale
 from compgen.identification.measurements import WORLD, Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
@@ -152,6 +153,7 @@ def identify(
     data = data if lost_motion is None else with_runs_as_poses(data, lost_motion)
     candidates = _fitted_candidates(model, data, progress)
     best = richest_of_the_best([c.cross_validation for c in candidates])
+    check_fitted_turns(data, candidates[best].fit)
     progress(stages.WARMTH, 0.9)
     misread = log_findings(model, data, candidates[best].fit, facts.nodes) if facts is not None else []
     data, selected, of_warmth = _with_needed_warmth(model, data, candidates[best], temperatures=temperatures)

@@ -20,11 +20,13 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from compgen.core.arrays import Array, BoolArray, IntArray, owns
+from compgen.core.units import DEG
 from compgen.identification.measurements import NONE, Measurements
 
 FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
 GUESSED = 0.2  # the same where a file says roughly where it is: to a few times what the nominal arm misses
 ROUNDS = 50
+TURNED = 10 * DEG  # from where on orientations tell better how an instrument stands, places being off as they are
 PRIOR = 1e-4  # [m] a place known so well beforehand counts as one row
 GRID = np.array([[x, y, z] for x in (0.0, -0.1, 0.1) for y in (0.0, -0.1, 0.1) for z in (0.1, 0.0, 0.2, 0.3)])
 IMPROVED = 3  # nodes of the grid that are improved
@@ -119,6 +121,44 @@ def _as_located(data: Measurements, sided: BoolArray) -> Measurements:
     along = np.where(sided, ends.distance, 0.0)[:, None] * np.nan_to_num(ends.toward)
     distance = np.where(sided, np.nan, ends.distance)
     return replace(data, ends=replace(ends, shift=ends.shift + along, distance=distance))
+
+
+def reflector_axes(data: Measurements, frames: InstrumentFrames, rotation: Array) -> Array:
+    """Each reflector's own axes in the flange, (R, 3, 3): the mean of what its orientations say; else the flange's."""
+    axes = np.tile(np.eye(3), (len(data.reflectors), 1, 1))
+    flange = frames.rotation_of(data.instrument) @ rotation[data.pose]
+    turns = np.swapaxes(flange, 1, 2) @ data.rotation
+    seen = np.isfinite(data.rotation[:, 0, 0])
+    for r in np.unique(data.reflector[seen]).tolist():
+        axes[r] = kabsch(turns[seen & (data.reflector == r)].mean(axis=0).T)
+    return axes
+
+
+def with_orientations(
+    data: Measurements, frames: InstrumentFrames, position: Array, rotation: Array
+) -> InstrumentFrames:
+    """Frames that orientations hold as well: places on a line do not tell how the instrument stands about it."""
+    seen = np.isfinite(data.rotation[:, 0, 0])
+    of = [seen & (data.instrument == i) & (not aligned) for i, aligned in enumerate(data.aligned.tolist())]
+    if not np.any(of):
+        return frames
+    distance = measured_distance(frames, data, position, rotation)
+    median = max(float(np.median(distance)), 1e-9)
+    near = frames.near_ends(data, position, rotation)
+    by_places = {
+        i: np.cov(near[data.instrument == i].T, bias=True) / median**2 @ frames.rotation[i].T
+        for i, rows in enumerate(of)
+        if rows.any()
+    }
+    for _ in range(ROUNDS):
+        turned = frames.rotation.copy()
+        by_turns = rotation[data.pose] @ reflector_axes(data, frames, rotation)[data.reflector]
+        by_turns = by_turns @ np.swapaxes(data.rotation, 1, 2) / TURNED**2
+        for i, of_places in by_places.items():
+            turned[i] = kabsch(of_places + by_turns[of[i]].mean(axis=0))
+        frames = replace(frames, rotation=turned)
+    weight = 1 / np.maximum(distance / (4 * median), 1.0) ** 2
+    return _fit_reflectors(data, frames, position[data.pose] + data.ends.shift, rotation[data.pose], weight)
 
 
 def _alternating(data: Measurements, frames: InstrumentFrames, position: Array, rotation: Array) -> InstrumentFrames:

@@ -22,7 +22,7 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance
-from compgen.identification.measured_turns import turned_otherwise
+from compgen.identification.measured_turns import check_known_turns
 from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot, coupling_of
@@ -163,7 +163,8 @@ def _check_part(robot: Robot, model: ArmModel, rows: Measurements, frames: Instr
     if distance <= far:
         _check_conventions(robot, model, rows, frames)
         _check_lengths(model, rows, frames)
-        _check_orientations(model, rows, frames)
+        if frames is not None:
+            check_known_turns(model, rows, frames)
         return
     _check_units(robot, model, rows, frames, distance, far)
     _check_exchanged(model, rows, frames, distance)
@@ -229,17 +230,6 @@ def _check_lengths(model: ArmModel, rows: Measurements, frames: InstrumentFrames
                 f"'{rows.fixed.names[b]}', which the arm has {by_arm / MM:.4g} mm apart"
                 f"{f': is it {unit}?' if unit else ''}; mend [[length]] in the artefact's file"
             )
-
-
-def _check_orientations(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
-    """Raises InputError where measured orientations are none of the flange's."""
-    if len(np.unique(rows.pose)) < FEWEST and frames is None:
-        return
-    if off := turned_otherwise(model, rows, frames):
-        raise InputError(
-            f"{rows.file()}: columns rx_deg, ry_deg, rz_deg: they turn by {off / DEG:.1f} deg (median) otherwise than "
-            "the arm: are they W P R, other Euler angles, or radians? give rotation vectors in deg, or leave them out"
-        )
 
 
 def _check_exchanged(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None, distance: float) -> None:

@@ -19,6 +19,7 @@ from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit, outlier_threshold
 from compgen.identification.instrument_frames import InstrumentFrames
+from compgen.identification.measured_turns import check_fitted_turns
 from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, build_model, fixed_source
@@ -117,6 +118,7 @@ def _frames_of_each(
     """Frames fitted to the nominal arm and to the identified one; what the latter sets aside counts for neither."""
     nothing = np.zeros(0, dtype=bool)
     robust = fit(identified, data, nothing)
+    check_fitted_turns(data, robust)
     rows = data.subset(~robust.outlier) if robust.outlier.mean() <= MOST else data
     return fit(nominal, rows, nothing, robust=False).frames, robust.frames
 

@@ -10,6 +10,9 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
 from compgen.core.units import DEG
+from compgen.identification.fit import fit
+from compgen.identification.instrument_frames import InstrumentFrames
+from compgen.identification.measured_turns import check_fitted_turns, refuse_turned
 from compgen.identification.measurement_checks import (
     better_reading,
     check_copies,
@@ -18,7 +21,8 @@ from compgen.identification.measurement_checks import (
     check_scale,
 )
 from compgen.identification.measurements import TOUCH, WORLD, FixedPlaces, blank_rows
-from compgen.identification.model import build_model
+from compgen.identification.model import active_in_groups, build_model
+from compgen.identification.parameters import candidate_models, symbolic_sources
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
@@ -263,18 +267,37 @@ def seen_by_a_tracker(theta, position, rotation):
     )
 
 
-@pytest.mark.parametrize(
-    ("read", "refused"),
-    [
-        (lambda turn: turn, False),
-        (lambda turn: rotation_matrix(rotation_vector(turn) * DEG), True),  # radians
-        (lambda turn: rotation_matrix(np.column_stack(to_wpr(turn))), True),
-        (lambda turn: np.swapaxes(turn, 1, 2), True),
-    ],
-    ids=["right", "radians", "W P R", "the other way"],
-)
-def test_orientations_that_are_no_rotation_vectors_of_the_flange_are_refused(read, refused):
-    """They were taken for noise of 50 deg, and the fit was accepted without a word."""
+def check_turns(arm, data):
+    """As `identify` does, by the fit of the joints' zeros."""
+    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), warm=False)
+    model = build_model(arm.robot, parts, len(arm.nodes))
+    cold = np.zeros((len(data.theta), len(arm.nodes)))
+    data = replace(data, rise=cold, lag=cold)
+    zeros = next(c for c in candidate_models(model.groups()[0]) if c.groups)
+    check_fitted_turns(data, fit(model, data, active_in_groups(model, zeros.groups)))
+
+
+REFUSED = r"^m.csv: columns rx_deg, ry_deg, rz_deg: they turn by \d+\.\d deg \(median\) otherwise than the arm"
+
+
+def by_columns(change):
+    return lambda turn: rotation_matrix(rotation_vector(turn) @ change.T)
+
+
+ORIENTATIONS = {
+    "right": lambda turn: turn,
+    "radians": by_columns(np.eye(3) * DEG),
+    "W P R": lambda turn: rotation_matrix(np.column_stack(to_wpr(turn))),
+    "the other way": lambda turn: np.swapaxes(turn, 1, 2),
+    "y z x": by_columns(np.eye(3)[[1, 2, 0]]),  # rotation vectors of an instrument that stands otherwise
+    "two signs": by_columns(np.diag([-1, -1, 1])),
+}
+
+
+@pytest.mark.parametrize("read", ORIENTATIONS)
+@pytest.mark.parametrize("oriented", [3, 20])
+def test_orientations_that_are_no_rotation_vectors_of_the_flange_are_refused(read, oriented):
+    """Any zeros, frame and axes explained three of any kind, and columns in another order: accepted without a word."""
     arm = load_arm("m710ic50")
     rng, count = np.random.default_rng(5), 20
     theta = random_theta(arm.robot, rng, count)
@@ -282,13 +305,29 @@ def test_orientations_that_are_no_rotation_vectors_of_the_flange_are_refused(rea
     axes = rotation_matrix(rng.normal(size=(1, 3)))[0]  # of the reflector, in the flange
     at = flange.position + flange.rotation @ [0.06, 0.01, 0.1]
     turn = base @ flange.rotation @ axes @ rotation_matrix(rng.normal(0, 0.1 * DEG, (count, 3)))
-    data = seen_by_a_tracker(theta, at @ base.T, np.asarray(read(turn)))
+    turn = np.where((np.arange(count) < oriented)[:, None, None], ORIENTATIONS[read](turn), np.nan)
+    data = seen_by_a_tracker(theta, at @ base.T, turn)
+    known = InstrumentFrames(base[None], np.zeros((1, 3)), np.array([[0.06, 0.01, 0.1]]))
     model = build_model(arm.robot, [], 0)
-    if refused:
-        with pytest.raises(InputError, match=r"columns rx_deg, ry_deg, rz_deg: they turn by \d+\.\d deg \(median\)"):
-            check_plausible(arm.robot, model, data)
-    else:
-        check_plausible(arm.robot, model, data)
+    check_plausible(arm.robot, model, data)
+    if read == "right":
+        check_turns(arm, data)
+        check_plausible(arm.robot, model, data, known)
+        return
+    with pytest.raises(InputError, match=REFUSED):
+        check_turns(arm, data)
+    with pytest.raises(InputError, match=REFUSED):
+        check_plausible(arm.robot, model, data, known)
+
+
+def test_the_file_whose_orientations_turn_most_is_named():
+    """The rows of both count for a reflector's axes, and a right file may be off by their mean."""
+    turn, of = np.zeros((6, 3)), np.array([0, 0, 0, 1, 1, 1])
+    turn[:, 0] = np.where(of == 0, 2.0, 40.0) * DEG
+    data = seen_by_a_tracker(np.zeros((6, 6)), np.zeros((6, 3)), np.tile(np.eye(3), (6, 1, 1)))
+    label = tuple(f"{'ab'[i]}.csv: line {n + 2}" for n, i in enumerate(of.tolist()))
+    with pytest.raises(InputError, match=r"^b.csv: columns rx_deg, .* 40\.0 deg"):
+        refuse_turned(replace(data, instrument=of, label=label, instruments=("a", "b")), np.arange(6), turn)
 
 
 @pytest.mark.parametrize("joint", range(6))
@@ -299,10 +338,10 @@ def test_an_arm_whose_zero_is_off_by_two_degrees_is_no_file_of_other_angles(join
     flange = flange_pose(arm.robot, theta + 2 * DEG * np.eye(6)[joint])
     turns = flange.rotation @ rotation_matrix(rng.normal(0, 0.02 * DEG, (count, 3)))
     data = seen_by_a_tracker(theta, flange.position + flange.rotation @ [0.06, 0.01, 0.1], turns)
-    model = build_model(arm.robot, [], 0)
-    check_plausible(arm.robot, model, data)
-    with pytest.raises(InputError, match="rx_deg, ry_deg, rz_deg: they turn by"):
-        check_plausible(arm.robot, model, replace(data, rotation=rotation_matrix(rotation_vector(turns) * 0.9)))
+    check_plausible(arm.robot, build_model(arm.robot, [], 0), data)
+    check_turns(arm, data)
+    with pytest.raises(InputError, match=REFUSED):
+        check_turns(arm, replace(data, rotation=rotation_matrix(rotation_vector(turns) * 0.9)))
 
 
 def test_places_on_a_line_leave_open_how_the_instrument_stands_about_it():
@@ -314,7 +353,6 @@ def test_places_on_a_line_leave_open_how_the_instrument_stands_about_it():
     theta = solve_tool(arm.robot, Pose(place, tilted), Pose(ball, np.eye(3)), Posture())[0]
     base = rotation_matrix(rng.normal(size=(1, 3)))[0]
     data = seen_by_a_tracker(theta, (place + rng.normal(0, 1e-4, (count, 3))) @ base.T, base @ tilted)
-    model = build_model(arm.robot, [], 0)
-    check_plausible(arm.robot, model, data)
-    with pytest.raises(InputError, match="rx_deg, ry_deg, rz_deg: they turn by"):
-        check_plausible(arm.robot, model, replace(data, rotation=np.swapaxes(data.rotation, 1, 2)))
+    check_turns(arm, data)
+    with pytest.raises(InputError, match=REFUSED):
+        check_turns(arm, replace(data, rotation=np.swapaxes(data.rotation, 1, 2)))
