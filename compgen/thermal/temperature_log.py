@@ -276,7 +276,7 @@ def read_growing_log(
         source: The CSV file.
         nodes: Names of the model's rises.
         sensors: ``part_<n>``, or another column, to the name of a rise.
-        dialect: What the path file says of it in [log]; of a logger's own form, times count from its first row.
+        dialect: What the path file says of it in [log].
         data: Its bytes, where they are at hand.
 
     Raises:
@@ -289,7 +289,7 @@ def read_growing_log(
     if rows and ("time_s" not in header or in_other_units({*header} - {*known}, known)):
         whole = data[: data.rfind(b"\n") + 1]
         begun = temperatures_of(_table(source, ("time_s",), nodes, sensors, dialect, whole), nodes, sensors)
-        since = 0.0 if "time_s" in header else begun.time[0]
+        since = 0.0 if begun.table.recorded is None or "time_s" in begun.table.recorded.columns else begun.time[0]
         return GrowingLog(replace(begun, time=begun.time - since), 0, 0, 0.0)
     kept, left_out, shift = _in_order(rows)
     clean = [(n, [_temperature(*cell) for cell in zip(header, cells, strict=True)]) for n, cells in kept]
@@ -305,7 +305,7 @@ def read_growing_log(
 def _in_order(rows: Sequence[Row]) -> tuple[list[Row], int, float]:
     """Rows below a header by rising time, how many were left out, and by how much the clock was set back in all [s]."""
     kept, seen, left_out = list[Row](), set[tuple[str, ...]](), 0
-    usual, shift, last = 0.0, 0.0, -math.inf
+    usual, shift, last, written = 0.0, 0.0, -math.inf, math.nan
     for n, cells in rows[1:]:
         if cells == rows[0][1]:
             continue
@@ -315,9 +315,13 @@ def _in_order(rows: Sequence[Row]) -> tuple[list[Row], int, float]:
             left_out += 1
             continue
         seen.add(tuple(cells))
-        if time + shift <= last:
-            shift = last + max(usual, LEAST_STEP) - time
-        usual, last = (time + shift - last if kept else 0.0), time + shift
+        if time + shift == written:  # other readings of the same second
+            last += LEAST_STEP
+        else:
+            if time + shift <= last:
+                shift = last + max(usual, LEAST_STEP) - time
+            usual, last = (time + shift - last if kept else 0.0), time + shift
+            written = last
         kept.append((n, [*cells[:at], repr(last), *cells[at + 1 :]]))
     return kept, left_out, shift
 

@@ -171,6 +171,32 @@ def test_a_wild_log_is_read_as_far_as_it_goes(job, tmp_path):
     assert any("left out" in note for note in wild["notes"])
 
 
+def test_what_a_look_leaves_out_is_told(job, tmp_path):
+    """A sensor by another name, an hour without a row, and rows that no reader can part."""
+    file = log(tmp_path, 30)
+    head, *rows = file.read_text().splitlines()
+    late = [f"{float(row.split(',')[0]) + 3600:g},{row.split(',', 1)[1]}" for row in rows]
+    file.write_text("\n".join([head.replace("part_3_", "part_5_"), *rows, *late]) + "\n")
+    result, seen = look(job, "--log", file, "--started", "0s", "--within-um", "1000")
+    assert "left out: part_5_degC" in result.stderr
+    assert seen["notes"] == ["the log has no row for 3570 s before 3600 s: a gap, or its clock was set forward"]
+    file.write_text("\n".join([head, *(row.replace(".", ",") for row in rows)]) + "\n")
+    result, seen = look(job, "--log", file, "--started", "0s")
+    refused(result, 1, "none of its 4 rows has a time_s and a cell for each column")
+    assert "none of its 4 rows" in seen["doubt"]
+    assert "none of its 4 rows" in run("follow", job, "--log", file, "--started", "0s", *ONCE).stdout
+
+
+def test_a_log_that_no_longer_changes_is_told(job, tmp_path, monkeypatch):
+    file, clock = log(tmp_path, 30), iter(range(0, 10**6, 301))
+    monkeypatch.setattr(time, "monotonic", lambda: float(next(clock)))
+    pauses = iter([lambda: None] * 4 + [lambda: log(tmp_path, 40000)])
+    monkeypatch.setattr(time, "sleep", lambda pause: next(pauses)())
+    result = run("follow", job, "--log", file, "--started", "0s", "--within-um", "1000")
+    assert result.stderr.count("has not changed for 10 min") == 1
+    assert "the last page has ended" in result.stdout
+
+
 def test_killed_and_started_again_it_goes_on_as_if_it_had_run_through(job, tmp_path, monkeypatch):
     """Followed to the end in one go, and by single looks of processes that know nothing of each other."""
     other = shutil.copytree(job, tmp_path / "other")
@@ -178,11 +204,14 @@ def test_killed_and_started_again_it_goes_on_as_if_it_had_run_through(job, tmp_p
     end = 2400 + spans[-1] + 400
     whole = log(tmp_path, end).read_text().splitlines(keepends=True)
     file = tmp_path / "growing.csv"
-    pages = pages_file(tmp_path, *((2400 + s, k, "") for k, s in enumerate(spans, 1)))
+    pages = pages_file(tmp_path)
     moments = [0.3, 0.6, 0.8, 1.0]
 
     def grow(share):
-        file.write_text("".join(whole[: max(2, int(len(whole) * share))]))
+        rows = whole[: max(2, int(len(whole) * share))]
+        file.write_text("".join(rows))
+        now = float(rows[-1].split(",")[0])
+        pages_file(tmp_path, *((2400 + s, k, "") for k, s in enumerate(spans, 1) if 2400 + s <= now))
 
     ahead = iter(moments[1:])
     monkeypatch.setattr(time, "sleep", lambda pause: grow(next(ahead)))

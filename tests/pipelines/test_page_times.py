@@ -50,8 +50,18 @@ def test_rows_of_the_page_that_runs_do_not_begin_it_anew(tmp_path):
     assert times.running(29) == (1, 24)
     assert times.running(70) == (1, 65)
     assert times.running(150) == (1, 10)  # after a stand it begins anew
-    assert (times.loaded(64), times.loaded(70)) == (1, 2)
     assert times.stretches(140) == [(0, 5, 0, 0), (5, 65, 1, 0), (65, 105, 1, 60), (105, 120, 0, 0), (120, 140, 0, 0)]
+
+
+def test_a_page_that_somebody_says_has_begun_is_loaded_wherever_the_log_ends(tmp_path):
+    """A logger that stopped at 90 s: pages 1 and 2 run by its clock, and page 3 was written anew while it ran."""
+    file = tmp_path / "pages.csv"
+    file.write_text("time_s,page,loaded\n5,1,\n80,2,\n100,3,\n")
+    times = read_page_times(file, SPANS, 0.0)
+    assert (times.last(90), times.loaded(90)) == (2, 3)
+    file.write_text("time_s,page,loaded\n5,1,\n80,2,\n100,2,3\n")
+    assert read_page_times(file, SPANS, 0.0).loaded(90) == 3
+    assert planned_times(SPANS, 0.0, 5.0).loaded(90) == 1  # where nobody says, by the clock
 
 
 @pytest.mark.parametrize(

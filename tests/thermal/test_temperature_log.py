@@ -79,6 +79,22 @@ def test_a_clock_that_is_set_back_goes_on_where_it_was():
     assert_allclose(read(rows((0, 21), (7200, 22))).readings.time, [0, 7200])  # forward it is a gap
 
 
+def test_other_readings_of_the_same_second_do_not_move_the_clock():
+    """Two rows a second, the clock in whole seconds: it went on twice as fast."""
+    log = read(rows(*((t // 2 * 30, 21 + t) for t in range(40))))
+    assert_allclose(log.readings.time, [t // 2 * 30 for t in range(40)], atol=0.0011)
+    assert (np.diff(log.readings.time) > 0).all()
+    assert (log.left_out, log.set_back) == (0, 0.0)
+
+
+def test_a_growing_log_in_seconds_keeps_its_clock_however_its_cells_are_parted():
+    data = b"time_s;ambient_degC;part_3_degC\n18600;20,0;21,5\n18630;20,0;21,75\n"
+    for text in (data, data.replace(b"18600", b"310").replace(b"18630", b"310,5").replace(b"time_s", b"time_min")):
+        log = read(text)
+        assert_allclose(log.readings.time, [18600, 18630])
+        assert_allclose(log.readings.readings["j2"], [21.5, 21.75])
+
+
 def test_a_file_that_was_begun_anew_or_copied_away_is_read_from_its_own_head():
     again = rows((0, 21), (10, 22)) + rows((20, 23))
     assert_allclose(read(again).readings.time, [0, 10, 20])

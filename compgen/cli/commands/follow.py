@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from compgen.thermal.temperature_log import GrowingLog
 
 LONGEST_POLL = 3600.0  # s
+QUIET = 600.0  # s without a change of the log, from which on that is told
 WITHIN_UM = 5.0  # that a page may leave where nobody says
 
 
@@ -156,18 +157,20 @@ def follow(
         print_note_once(f"--pages {watch.pages}: not there yet, so that no page counts as begun; check its name")
     interrupts.raise_on_signal()
     interrupts.set_outcome("the pages are as last written")
-    before, sight = b"", Sight()
+    before, sight, changed = b"", Sight(), time.monotonic()
     while True:
         seen = watch.fingerprint()
         if seen != before or watch.once:
-            before = seen
+            before, changed = seen, time.monotonic()
             sight = _look(job, watch, limits, date=date)
             resumed = sight.resumed
             if resumed is not None and resumed.replaced and (resumed.is_usable or force):
                 put_anew(place, resumed)
                 job = replace(job, run=job.run.reread(read_written_job(place.folder)))
             if not screen.quiet or screen.as_json:
-                _say(sight, limits.within_um, as_json=screen.as_json, force=force)
+                _say(sight, watch.log, limits.within_um, as_json=screen.as_json, force=force)
+        elif time.monotonic() - changed > QUIET:
+            print_note_once(f"--log {watch.log}: has not changed for 10 min, and no page is looked at; mend the logger")
         if watch.once or (sight.look is not None and sight.look.over) or reader_has_left():
             break
         interrupts.raise_if_interrupted()
@@ -209,6 +212,8 @@ def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -
     times, readings = _read(job, watch, limits)
     if times is None or readings is None:
         return Sight()
+    for note in readings.readings.notes if readings.readings is not None else ():
+        print_note_once(note)
     look = look_at(
         job.run,
         log=readings,
@@ -257,26 +262,37 @@ def _silent(stage: object, share: float) -> None:
     interrupts.raise_if_interrupted()
 
 
-def _say(sight: Sight, within: float, *, as_json: bool, force: bool) -> None:
+def _say(sight: Sight, log: str, within: float, *, as_json: bool, force: bool) -> None:
     """One line for a look."""
     from compgen.report.resume import look_record, look_words
 
+    doubt = {"doubt": unread} if (unread := _unread(sight.readings, log)) else {}
     if as_json:
-        line = json.dumps(look_record(sight.look, sight.resumed, within, force=force), allow_nan=False)
+        record = look_record(sight.look, sight.resumed, within, force=force)
+        line = json.dumps({**record, **doubt}, allow_nan=False)
     else:
-        line = look_words(sight.look, sight.resumed, within, force=force)
+        line = unread or look_words(sight.look, sight.resumed, within, force=force)
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
+
+
+def _unread(log: "GrowingLog | None", source: str) -> str:
+    """Why a log has no reading, though it has rows; empty where it has one."""
+    if log is None or log.readings is not None or not log.gaps + log.left_out:
+        return ""
+    if log.gaps:
+        why = f"none of its {log.gaps} readings is a temperature of a cell; are they kelvin? give degC"
+    else:
+        rows = f"none of its {log.left_out} rows has a time_s and a cell for each column"
+        why = f"{rows}; part cells by commas, and decimals by points"
+    return f"{source}: {why}; the pages stay as they are"
 
 
 def _reasons(sight: Sight, log: str, within: float, *, force: bool) -> list[str]:
     """Why a single look is not inside: a page to come leaves the bound and was not mended, or the log is no log."""
     look, resumed, readings = sight.look, sight.resumed, sight.readings
     if look is None:
-        if readings is None or readings.readings is not None or not readings.gaps:
-            return []
-        message = f"{log}: none of its {readings.gaps} readings is a temperature of a cell; are they kelvin? give degC"
-        return [f"{message}; the pages stay as they are"]
+        return [unread] if (unread := _unread(readings, log)) else []
     if look.doubt:
         return [f"{log}: {look.doubt}; the pages stay as they are"]
     mended = look.due if resumed is not None and (resumed.is_usable or force) else 0

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, owns
-from compgen.core.units import DAY
+from compgen.core.units import DAY, MINUTE
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.job.job import Cell
 from compgen.pipelines.resume.beginning import MOST_LATE, Begun
@@ -31,6 +31,7 @@ NIGHT = 3.0  # [K] the same of all rises together where the log has no air [assu
 AIR = 3.0  # [K] that the air may be off the plan's then [assumed]
 BELOW = 3.0  # [K] that no part is below all air and readings: nothing cools the arm [assumed]
 RUNS_AWAY = 2.5  # standard deviations of that offset, from which on nothing is believed; honest days reach 1.9
+GAP = 10 * MINUTE  # without a row, and three times the usual, from which on that is told
 START = 1.0  # [K] that the rises at the planned start may be off, beside the law [assumed]
 
 
@@ -244,6 +245,11 @@ def _notes(log: GrowingLog) -> tuple[str, ...]:
         notes.append(f"{log.gaps} readings are no temperatures of a cell and are left out")
     if log.set_back:
         notes.append(f"the log's clock was set back: its later rows are moved on by {log.set_back:.0f} s")
+    time = log.readings.time if log.readings is not None else np.zeros(1)
+    step = np.diff(time, prepend=time[0])
+    if (gap := float(step.max())) > max(GAP, 3 * float(np.median(step))):
+        end = time[int(step.argmax())]
+        notes.append(f"the log has no row for {gap:.0f} s before {end:.0f} s: a gap, or its clock was set forward")
     return tuple(notes)
 
 
