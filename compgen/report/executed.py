@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.arrays import Array, norm
 from compgen.core.commands import Command
 from compgen.core.units import MM, MS, UM
 from compgen.core.version import __version__
@@ -15,6 +16,7 @@ from compgen.report.inputs import Inputs
 from compgen.report.page import PageOptions, fixed, page
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
+from compgen.verification.executed.path_deviation import speeds
 
 SCHEMA = 1
 FIGURES = {
@@ -98,7 +100,8 @@ def _log(run: ExecutedRun) -> dict[str, Any]:
 
 def _times(run: ExecutedRun) -> dict[str, Any]:
     """Stretches of override, how long the run took, and where it stood."""
-    clock, late = run.clock, run.clock.late[np.isfinite(run.clock.late)]
+    clock, steady = run.clock, run.steady
+    late = clock.late[np.isfinite(clock.late)]
     return {
         "override": [
             {
@@ -113,6 +116,8 @@ def _times(run: ExecutedRun) -> dict[str, Any]:
         ],
         "time": {
             "start_s": clock.start,
+            "from_s": steady[0] if steady else None,
+            "to_s": steady[1] if steady else None,
             "took_s": clock.took,
             "expected_s": clock.expected,
             "off_percent": 100 * (clock.took / clock.expected - 1) if clock.expected > 0 else None,
@@ -143,7 +148,7 @@ def executed_csv(run: ExecutedRun) -> bytes:
             d.distance[rows] / UM,
             d.across[rows] / UM,
             d.normal[rows] / UM,
-            d.speed[rows] / MM,
+            _tool_speed(run)[rows] / MM,
         ]
     )
     head = "time_s,along_mm,off_um,across_um,normal_um,speed_mm_s,judged\n"
@@ -178,6 +183,11 @@ def executed_html(run: ExecutedRun, summary: dict[str, Any], inputs: Inputs, opt
     )
 
 
+def _tool_speed(run: ExecutedRun) -> Array:
+    """Of the logged places, (R,) [m/s]; at a corner that is cut the nearest point of the path runs faster."""
+    return norm(speeds(run.deviation.time, run.followed.position[run.deviation.row]))
+
+
 def _space(run: ExecutedRun) -> Figure:
     d = run.deviation
     rows = rows_to_draw(np.where(d.judged, d.distance, 0.0))
@@ -209,7 +219,7 @@ def _speed(run: ExecutedRun) -> Figure:
         trace("scatter", np.round(d.time[rows], 3), np.round(v / MM, 3), name=name, line=line)
         for name, v, line in (
             ("written", written, {"color": GREY, "width": 1.0, "dash": "dash"}),
-            ("executed", d.speed[rows], {"color": WARM, "width": 1.4}),
+            ("executed", _tool_speed(run)[rows], {"color": WARM, "width": 1.4}),
         )
     ]
     alt = curves_in_words("Speed along the path", traces, "mm/s")

@@ -76,6 +76,25 @@ def test_a_deviation_beyond_the_bound_is_outside(folder, course):
     refused(result, 1, "outside bounds: ", "um off the path near P[", "--max-um 100")
 
 
+def test_the_time_says_of_what_part_of_the_log_it_is_and_speeds_are_the_tools(folder, course):
+    """The way in sweeps is steady and straight, the circle behind it is not: the run lasts twice as long as its time.
+
+    Where corners are cut the nearest point of the path runs at 250 mm/s, the tool at no more than its 100.
+    """
+    write(folder, course, run_of=logs.Run(ramp=0, means=(0.2, 0.16)))
+    assert executed(folder).returncode == 0
+    data, time = report(folder), report(folder)["time"]
+    assert time["to_s"] - time["from_s"] == pytest.approx(time["took_s"], abs=1e-6)
+    rows = np.genfromtxt(folder / "outputs" / "PART_executed" / "executed.csv", delimiter=",", names=True)
+    assert rows["speed_mm_s"].max() < 103
+    assert np.median(rows["speed_mm_s"]) == pytest.approx(100, abs=2)
+    page = (folder / "outputs" / "PART_executed" / "executed.html").read_text()
+    span = f"from {time['from_s']:.2f} to {time['to_s']:.2f} s of the log"
+    assert f"{time['took_s']:.2f} s, planned {time['expected_s']:.2f} s" in page
+    assert span in page
+    assert all(span in f["message"] for f in data["findings"] if f["code"] == "executed.time")
+
+
 def test_the_override_is_named_and_a_change_midway_is_outside(folder, course):
     write(folder, course, run_of=logs.Run(ramp=0.25, override=0.37))
     result = executed(folder)
@@ -315,7 +334,9 @@ def test_waits_and_holds_are_named_with_their_place(folder, course):
     assert held["stood_s"] == pytest.approx(2.0, abs=0.05)
     assert waited["stood_s"] == pytest.approx(3.0, abs=0.15)
     assert waited["at"] == f"P[{course.number[stop]}]"
-    assert {"executed.held", "executed.waited"} <= codes(folder)
+    said = {f["code"]: f["message"] for f in report(folder)["findings"]}
+    assert f"{held['stood_s']:.2f} s near {held['at']}" in said["executed.held"]  # between two positions
+    assert f"{waited['stood_s']:.2f} s at {waited['at']}" in said["executed.waited"]
 
 
 def test_a_missing_log_and_a_folder_of_another_program_are_refused(folder, course):

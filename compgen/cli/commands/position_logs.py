@@ -139,11 +139,14 @@ def _lines(summary: dict[str, Any]) -> list[str]:
     log, time, covered = summary["log"], summary["time"], summary["covered"]
     off = "" if time["off_percent"] is None else f" ({time['off_percent']:+.2f} %)"
     overrides = ", then ".join(s["words"] for s in summary["override"]) or "not known"
+    took = "time not known"
+    if time["from_s"] is not None:
+        span = f"from {time['from_s']:.2f} to {time['to_s']:.2f} s of the log, less stands,"
+        took = f"{span} {time['took_s']:.2f} s, planned {time['expected_s']:.2f} s{off}"
     lines = [
         f"{summary['name']}: the log has {log['rows']} rows, one every {log['period_ms']:.3g} ms, of "
         f"{100 * covered['share']:.1f} % of the path ({covered['from']} to {covered['to']})",
-        f"override {overrides}; from the first to the last row at steady speed {time['took_s']:.2f} s, planned "
-        f"{time['expected_s']:.2f} s{off}; the program began at {time['start_s']:.3f} s of the log's clock",
+        f"override {overrides}; {took}; the program began at {time['start_s']:.3f} s of the log's clock",
     ]
     lines += [
         f"{LABELS[name]}: at most {d['max_um']:.1f} um, at {d['at']}; 99 % of the rows below {d['p99_um']:.1f}, rms "

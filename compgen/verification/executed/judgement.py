@@ -48,6 +48,11 @@ class ExecutedRun:
         return float(self.deviation.arc.min()), float(self.deviation.arc.max())
 
     @property
+    def steady(self) -> tuple[float, float] | None:
+        """The log's clock at the first and the last row by which the time is judged [s]; None where there is none."""
+        return _steady(self.deviation, self.clock)
+
+    @property
     def inside(self) -> bool:
         """Whether nothing is outside: this program was run whole, at one override, within the bound if there is one."""
         return not any(f.level is Level.OUTSIDE for f in self.findings)
@@ -111,7 +116,7 @@ def findings_of_run(
     yield from _of_identity(course, followed, deviation, likenesses)
     yield from _of_extent(course, deviation)
     yield from _of_override(clock, counted=course.counted)
-    yield from _of_time(clock)
+    yield from _of_time(deviation, clock)
     yield from _of_stands(course, clock)
     yield from _of_bound(course, deviation, bound)
     yield from _of_log(followed, deviation)
@@ -242,8 +247,14 @@ def _named(items: list[str], what: str) -> str:
     return ", ".join(items[:NAMED]) + (f" and {more} {what} more" if more > 0 else "")
 
 
-def _of_time(clock: ClockFit) -> Iterator[Finding]:
-    if not clock.stretches or clock.expected <= 0:
+def _steady(deviation: PathDeviation, clock: ClockFit) -> tuple[float, float] | None:
+    rows = np.flatnonzero(np.isfinite(clock.late))
+    return (float(deviation.time[rows[0]]), float(deviation.time[rows[-1]])) if len(rows) else None
+
+
+def _of_time(deviation: PathDeviation, clock: ClockFit) -> Iterator[Finding]:
+    steady = _steady(deviation, clock)
+    if not clock.stretches or clock.expected <= 0 or steady is None:
         return
     off = clock.took / clock.expected - 1
     if abs(off) > TIME_BOUND:
@@ -253,8 +264,9 @@ def _of_time(clock: ClockFit) -> Iterator[Finding]:
             if rate <= TIME_BOUND
             else f"away from stops it drove {'slower' if off > 0 else 'faster'} than planned, or the log's clock is off"
         )
-        message = f"the run took {clock.took:.2f} s, planned were {clock.expected:.2f} s ({100 * off:+.2f} %); {reason}"
-        yield Finding.of(Code.EXECUTED_TIME, message)
+        span = f"from {steady[0]:.2f} to {steady[1]:.2f} s of the log, where it drove steadily and straight,"
+        took = f"{clock.took:.2f} s, planned were {clock.expected:.2f} s ({100 * off:+.2f} %)"
+        yield Finding.of(Code.EXECUTED_TIME, f"{span} the run took {took}; {reason}")
 
 
 def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
@@ -264,7 +276,8 @@ def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
     ):
         stands = [s for s in clock.stands if s.at_stop is at_stop and s.duration + s.planned > 0.05]
         if stands:
-            places = [f"{s.duration + s.planned:.2f} s at {course.point_name(s.arc)}" for s in stands]
+            beside = "at" if at_stop else "near"
+            places = [f"{s.duration + s.planned:.2f} s {beside} {course.point_name(s.arc)}" for s in stands]
             yield Finding(level, code, f"{words}: {_named(places, 'times')}")
 
 

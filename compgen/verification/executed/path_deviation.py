@@ -76,7 +76,7 @@ def deviation_of(course: ProgramCourse, followed: FollowedLog) -> PathDeviation:
         across=across,
         normal=normal,
         distance=distance,
-        speed=_speed(time, arc),
+        speed=speeds(time, arc),
         judged=judged,
         noise=noise,
         extents=extents,
@@ -84,12 +84,12 @@ def deviation_of(course: ProgramCourse, followed: FollowedLog) -> PathDeviation:
     )
 
 
-def _speed(time: Array, arc: Array) -> Array:
-    """Speed along the course over a short span around each row, (R,) [m/s]."""
+def speeds(time: Array, place: Array) -> Array:
+    """Speed over a short span around each row of arc lengths (R,) or places (R, 3) [m], as many [m/s]."""
     half = max(1, round(SPEED_SPAN / 2 / max(float(np.median(np.diff(time))), 1e-6))) if len(time) > 1 else 1
     before = np.maximum(np.arange(len(time)) - half, 0)
     after = np.minimum(np.arange(len(time)) + half, len(time) - 1)
-    return np.asarray((arc[after] - arc[before]) / np.maximum(time[after] - time[before], 1e-6))
+    return np.asarray(((place[after] - place[before]).T / np.maximum(time[after] - time[before], 1e-6)).T)
 
 
 @dataclass(frozen=True, slots=True)
