@@ -250,6 +250,16 @@ def test_mistakes_are_refused(days, mistake, words):
         anchored(replace(day, touches=mistake(day.touches)))
 
 
+def test_directions_where_centres_were_located_and_none_where_they_were_not_are_named(days, tmp_path):
+    """*touched 0 mm from where the sphere is; mend place, probe or joints* was said: ball and probe are 18 mm apart."""
+    located, sided = days(0), drawn_day(0, tmp_path, sided=True)
+    down = replace(located.touches, normal=np.tile([0.0, 0.0, -1.0], (8, 1)))
+    with pytest.raises(InputError, match="one with a direction stands 18 mm off, by both diameters: remove nx, ny, nz"):
+        anchored(replace(located, touches=down))
+    with pytest.raises(InputError, match="touched 18 mm from where sphere '.' is; as one from one side does: give its"):
+        anchored(replace(sided, touches=_centres(sided.touches)))
+
+
 @pytest.mark.parametrize("probe_too", [False, True])
 @pytest.mark.parametrize(("unit", "factor"), [("metres", 1e-3), ("inches", 1 / 25.4)])
 def test_places_in_another_unit_are_named_the_probe_in_it_too_or_not(days, unit, factor, probe_too):

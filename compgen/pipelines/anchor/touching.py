@@ -39,6 +39,7 @@ ALIKE = 0.5  # of the variance of play whose sense is not known: alike in all to
 THROUGH = 1 * DEG  # turned by which a joint is through its play, of any width that was seen
 SEARCHED = 0.3  # [rad/m] by which a joint is through play of 0.2 deg to both sides after a search of 20 mm
 FAR = 10 * MM  # of a target from where it was touched: not a drift
+NEAR = 1 * MM  # of where a touch from one side would be
 PROBE = 250 * MM  # no longer than that: a file in metres may have its probe in metres too
 LEAST_COORDINATES = 6
 RADIANS = 4 * DEG  # that no pendant angle exceeds where radians were typed for degrees
@@ -248,8 +249,20 @@ def check_touches(
             raise InputError(
                 f"{artefact.source}: sphere '{named}': x_mm, y_mm, z_mm are {name}, as the touches say; give mm"
             )
-    mend = "joints are in radians, not degrees" if largest < RADIANS else "mend place, artefact.frame, probe or joints"
+    mend = _mend_of_far_touch(gap, float(radius[n]), float(_radius(artefact, touches)[n]), largest)
     raise InputError(f"{touches.label[n]}: touched {gap / MM:.0f} mm from where sphere '{named}' is; {mend}")
+
+
+def _mend_of_far_touch(gap: float, radius: float, from_one_side: float, largest: float) -> str:
+    """What to do of a touch so far from its sphere's centre where it shall be ``radius`` away [m]."""
+    if radius > 0 and gap < FAR:
+        return (
+            f"one with a direction stands {radius / MM:.4g} mm off, by both diameters: remove nx, ny, nz if it located "
+            "the centre, or mend the diameters"
+        )
+    if radius == 0 and abs(gap - from_one_side) < NEAR:
+        return "as one from one side does: give its direction, nx, ny and nz"
+    return "joints are in radians, not degrees" if largest < RADIANS else "mend place, artefact.frame, probe or joints"
 
 
 def _require_coordinates(touches: Touches, on: BoolArray) -> None:
