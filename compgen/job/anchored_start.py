@@ -25,6 +25,7 @@ from compgen.thermal.schedule import STANDING, History
 from compgen.thermal.tables.schema import AmbientTable
 
 ROBOT_FILE = "robot_file"  # its key in what a state was made from
+ALIKE = 0.01  # [K] by which rises may differ that a state says twice
 
 
 def load_state(source: str, cell: Cell, age: float = 0.0) -> AnchoredState:
@@ -71,7 +72,7 @@ def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:
     """The cell as a state has it: its heat begins there, its base and what drifts are where they are.
 
     Raises:
-        InputError: A drifting number that the robot file does not have.
+        InputError: A drifting number that the robot file does not have, or modes that show other rises than it says.
     """
     parameters = parameters_of(cell.sources)
     change = np.zeros(len(parameters.entries))
@@ -90,10 +91,15 @@ def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:
         if (k in kept or k.source.NAME in by_name) and k.source.NAME != base  # how well that is known the state says
     ]
     heat = cell.heat
-    start = state.modal
+    start, (which, of_state) = state.modal, _common(cell, state)
     if start is None or heat.law is not None or len(start) != len(heat.rate):
-        which, of_state = _common(cell, state)
         start = state_with_rises(heat, which, state.rise[of_state])
+    elif (apart := np.abs(heat.outputs[which] @ start - state.rise[of_state])).max() > ALIKE:
+        name = heat.names[which[int(apart.argmax())]]
+        raise InputError(
+            f"{source}: rise.modal: shows {name} {apart.max():.3g} K from what rise.K has; take the file as cgen "
+            "anchor wrote it, or remove modal: the likeliest one then counts"
+        )
     return replace(cell, heat=heat.starting(start), known=tuple(known), sources=moved, state=state)
 
 

@@ -74,6 +74,16 @@ def test_a_network_without_modal_state_shows_the_rises_of_the_nodes(hot, tmp_pat
     assert max(rises.values()) < 20
 
 
+def test_modes_that_show_other_rises_than_the_state_says_are_refused(tmp_path):
+    """A file in which somebody has typed rises went on with its modes, without a word."""
+    job = load_job(SPIRAL, overrides=["robot.thermal.model=network"])
+    typed = state_of(job, rise=job.start_rise() + 2.0 * (np.array(job.heat.names) == "j3"))
+    with pytest.raises(InputError, match=r"rise\.modal: shows j3 2 K from what rise\.K has"):
+        with_state(typed, tmp_path, "robot.thermal.model=network")
+    without = with_state(replace(typed, modal=None), tmp_path, "robot.thermal.model=network")
+    assert_allclose(without.start_rise(), typed.rise, atol=1e-6)
+
+
 def test_an_aged_state_has_stood(hot, tmp_path):
     aged = with_state(state_of(hot), tmp_path, "state.age_min=20")
     stood = load_job(SPIRAL, overrides=["before.1.state=idle", f"before.1.duration_h={1 / 3!r}"])

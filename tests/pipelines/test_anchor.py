@@ -17,7 +17,7 @@ from states import state_of, written
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
 from compgen.core.pose import Pose
-from compgen.core.units import DEG, HOUR, MDEG, MM, UM
+from compgen.core.units import DEG, HOUR, MDEG, MINUTE, MM, UM
 from compgen.error_model.anchored_state import read_state
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.job.anchored_start import base_rows
@@ -282,6 +282,21 @@ def test_touches_of_another_hour_than_the_log_are_refused(days):
     day = days(1)
     with pytest.raises(InputError, match="of another hour; give the log of the same clock"):
         anchored(replace(day, touches=replace(day.touches, time=day.touches.time + HOUR)))
+
+
+def test_a_touch_after_the_log_s_end_is_of_an_arm_that_stood(days):
+    """By the law: A + (r - A) exp(-t / tau), A = idle fraction of what the reference comes to in the end."""
+    day = days(1)
+    log, heat, touches = day.job.log, day.job.cell.heat, day.touches
+    end, count = float(log.time[-1]), len(touches.target)
+    at_end = forecast_now(day.job, replace(touches, time=np.full(count, end)))
+    later = forecast_now(day.job, replace(touches, time=np.append(np.full(count - 1, end), end + 9 * MINUTE)))
+    idle = heat.idle * heat.reference_rise / -np.expm1(-heat.reference_time / heat.tau) + at_end.air
+    stood = idle + (at_end.rise - idle) * np.exp(-9 * MINUTE / heat.tau)
+    assert np.abs(stood - at_end.rise).max() > 0.02
+    assert_allclose(later.touch_rise[-1], stood, atol=1e-9)
+    assert_allclose(later.rise, stood, atol=1e-9)
+    assert_allclose(later.touch_rise[0], at_end.rise, atol=1e-9)
 
 
 def test_an_arm_that_nobody_identified_is_sent_to_identification(days):

@@ -103,12 +103,17 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
 
     fitted = fit_log(cut, heat, heat.mean_losses(working).moving)
     air = still_air(float(cut.air[-1]))
-    state, end = fitted.state, float(cut.time[-1])
-    if last > end:
-        state = state_after(heat, (replace(job.history.standing, duration=last - end),), state, air)
+    end = float(cut.time[-1])
+
+    def stood(until: float) -> Array:
+        return state_after(heat, (replace(job.history.standing, duration=until - end),), fitted.state, air)
+
+    state = stood(max(last, end))
     sensed = np.array([name in log.readings for name in heat.names])
     own = np.where(sensed, EACH * job.cell.warmth.sensors, HEIGHT * np.abs(fitted.rise[-1]))
     rise = interpolated(when, fitted.time, fitted.rise)
+    for n in np.flatnonzero(when > end).tolist():
+        rise[n] = heat.outputs @ stood(float(when[n]))
     return Forecast(
         cell=replace(job.cell, heat=heat.starting(state)),
         history=replace(job.history, before=(), air=air),
