@@ -58,6 +58,26 @@ def test_masses_of_its_own_come_before_those_of_the_thermal_network(tmp_path):
     assert not arm.facts.loads.mass.any()
 
 
+def test_gravity_and_force_of_the_file_stay_beside_the_masses_of_the_network(tmp_path):
+    """On a ceiling the warning said to give gravity, and the file that did was fitted as one on the floor again."""
+    robot = tmp_path / "ceiling.toml"
+    own = {"gravity_m_s2": [0, 0, 9.80665], "force_N": [0, 0, -20]}
+    robot.write_text(
+        load_arm("m710ic50").text + "\n[sources.loads]\n" + "".join(f"{key} = {value}\n" for key, value in own.items())
+    )
+    arm, floor = arm_to_identify(str(robot)), arm_to_identify("m710ic50")
+    assert arm.network_masses
+    table = tomllib.loads(arm.text)
+    masses = {key: table["thermal"]["network"][key] for key in identification_files.MASSES}
+    assert table["sources"]["loads"] == own | masses
+    q = ca.DM(arm.robot.to_theta(np.radians([20, 30, -10, 40, 50, 60])))
+    hanging, standing = (
+        [float(t) for t in torque_expr(of.facts.loads.without_force(), nominal_chain(of.robot, q))]
+        for of in (arm, floor)
+    )
+    assert_allclose(hanging, -np.array(standing), rtol=1e-12)
+
+
 def test_a_file_that_was_not_identified_sags_by_its_own_masses_alone(tmp_path):
     robot = tmp_path / "own.toml"
     robot.write_text(load_arm("m710ic50").text + "\n[sources.compliance]\ncompliance_urad_Nm = [0, 1, 0, 0, 0, 0]\n")

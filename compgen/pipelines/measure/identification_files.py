@@ -55,7 +55,7 @@ WITHOUT_LOADS = (
 #: of one whose thermal network gives them; with the payload [kg]
 NETWORK_LOADS = (
     "for sag the masses of [thermal.network] count, and its payload of {:g} kg; where the arm carried something "
-    "else when it was measured, say so in [sources.loads]"
+    "else when it was measured, give [sources.loads] with all masses, link_kg and link_centre_mm too"
 )
 
 
@@ -84,7 +84,8 @@ def _arm_with_masses(name: str) -> Arm:
     network = tomllib.loads(arm.text).get("thermal", {}).get("network")
     if arm.facts.loads.have_weight or not network:
         return arm
-    text = text_with_sources(arm.text, {"loads": {key: network[key] for key in MASSES}})
+    own = tomllib.loads(arm.text).get("sources", {}).get("loads", {})  # gravity of an arm on a ceiling, a force
+    text = text_with_sources(arm.text, {"loads": {**own, **{key: network[key] for key in MASSES}}})
     return replace(arm_of(tomllib.loads(text), text, arm.source), network_masses=True)
 
 
