@@ -77,14 +77,17 @@ def _joints(source: str) -> list[UrdfJoint]:
         text = read_named(source, "give a URDF file", MOST_TABLE_BYTES).decode()
     except UnicodeDecodeError:
         raise InputError(f"{source}: cannot be read: it is not UTF-8 text; {mend}") from None
-    if "xacro:" in text:
-        raise InputError(f"{source}: xacro macros; run xacro on it first, and give the URDF that it prints")
+    macros = InputError(f"{source}: xacro macros; run xacro on it first, and give the URDF that it prints")
     if "<!DOCTYPE" in text:
         raise InputError(f"{source}: a document type of its own; {mend} without one")
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as exception:
+        if "xacro:" in text:
+            raise macros from None
         raise InputError(f"{source}: line {exception.position[0]}: not XML: {exception.msg}; {mend}") from None
+    if any("xacro" in element.tag for element in root.iter()):  # not in comments, which xacro keeps
+        raise macros
     if root.tag != "robot":
         raise InputError(f"{source}: no <robot>; {mend}")
     return [_joint(source, element) for element in root.findall("joint")]

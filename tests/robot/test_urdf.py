@@ -70,7 +70,17 @@ def in_mm(text):
     ("change", "words"),
     [
         (lambda t: t.replace("</robot>", "<xacro:arm/></robot>"), "run xacro on it first"),
+        (
+            lambda t: t.replace("<robot", "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'").replace(
+                "</robot>", "<xacro:arm/></robot>"
+            ),
+            "run xacro on it first",
+        ),
         (lambda t: t.replace("</robot>", ""), "not XML"),
+        (
+            lambda t: t.replace('velocity="3"', 'velocity="0"'),
+            "'joint_1': limit velocity: 0: no joint turns so; give it",
+        ),
         (lambda t: t.replace("robot", "model"), "no <robot>"),
         (lambda t: "<!DOCTYPE a>" + t, "document type"),
         (
@@ -105,6 +115,18 @@ def test_a_bad_file_is_refused_in_one_line(tmp_path, change, words):
     (tmp_path / "drawn.urdf").write_text(change(text))
     refused(run("init", "--urdf", tmp_path / "drawn.urdf", tmp_path), 2, words)
     assert not (tmp_path / "robots" / "drawn.toml").exists()
+
+
+def test_macros_in_remarks_are_none(tmp_path):
+    """What xacro prints keeps its file's remarks: it was to be run again, which changes nothing."""
+    text, *_ = drawn_urdf(1)
+    bare = tmp_path / "bare.urdf"
+    bare.write_text(text)
+    remarked = tmp_path / "remarked.urdf"
+    remarked.write_text(
+        f"<!-- was <xacro:arm prefix='a'/> -->\n{text.replace('</robot>', '<!-- xacro: end --></robot>')}"
+    )
+    assert_allclose(read_urdf(str(remarked)).arm.a, read_urdf(str(bare)).arm.a, atol=0)
 
 
 def test_signs_that_are_not_fanucs_ask_for_j3_alone_and_a_file_is_not_replaced(tmp_path):

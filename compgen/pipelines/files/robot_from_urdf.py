@@ -81,7 +81,8 @@ def robot_from_urdf(source: str, *, coupled: bool) -> tuple[str, str]:
     for joint, limits in zip(read.joints, read.limits, strict=True):
         for key, value in zip(("lower", "upper", "velocity"), limits.tolist(), strict=True):
             if np.isnan(value) or (key == "velocity" and value <= 0):
-                raise InputError(f"{source}: joint '{joint[:40]}': limit {key}: missing; add it from the data sheet")
+                given = "missing; add it" if np.isnan(value) else f"{value:g}: no joint turns so; give it"
+                raise InputError(f"{source}: joint '{joint[:40]}': limit {key}: {given} from the data sheet")
         lower, upper = limits[:2].tolist()
         if lower >= upper:
             raise InputError(
