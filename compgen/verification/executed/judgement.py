@@ -264,7 +264,7 @@ def _of_time(deviation: PathDeviation, clock: ClockFit) -> Iterator[Finding]:
             if rate <= TIME_BOUND
             else f"away from stops it drove {'slower' if off > 0 else 'faster'} than planned, or the log's clock is off"
         )
-        span = f"from {steady[0]:.2f} to {steady[1]:.2f} s of the log, where it drove steadily and straight,"
+        span = f"from {steady[0]:.2f} to {steady[1]:.2f} s of the log, where it drove steadily,"
         took = f"{clock.took:.2f} s, planned were {clock.expected:.2f} s ({100 * off:+.2f} %)"
         yield Finding.of(Code.EXECUTED_TIME, f"{span} the run took {took}; {reason}")
 
