@@ -17,11 +17,10 @@ from compgen.program.pages import (
     MEMORY_POSITION,
     MEMORY_PROGRAM,
     MEMORY_REMARK,
-    Capacity,
     ProgramSize,
     estimated_memory,
 )
-from compgen.robot.robot import Robot
+from compgen.robot.robot import Capacity, Robot
 
 FRAME_LINES = 2  # UFRAME_NUM and UTOOL_NUM
 FRAME_MEMORY = 64.0  # [bytes] of their text, at most
@@ -42,12 +41,6 @@ class PageStops:
     def at(self, rows: IntArray) -> "PageStops":
         """Of the waypoints at some rows."""
         return replace(self, stop=self.stop[rows], added=self.added[rows])
-
-
-def controller_capacity(robot: Robot) -> Capacity:
-    """What the robot's controller holds."""
-    controller = robot.controller
-    return Capacity(controller.max_lines, controller.max_positions, controller.memory, controller.name_length)
 
 
 def positions_per_page(capacity: Capacity, count: int, remarks: int) -> int:
@@ -93,7 +86,7 @@ def place_page_stops(
         payload: Whether the program says its payload.
         growth: How many times as many positions the program may have as the path.
     """
-    capacity, remarks = controller_capacity(robot), head_line_count(nodes, payload=payload)
+    capacity, remarks = robot.controller.capacity, head_line_count(nodes, payload=payload)
     N = int(np.ceil(growth * len(path.arc)))
     if canonical_size(N, remarks).within(capacity):
         return None

@@ -1,4 +1,4 @@
-"""A long program in pages: what a controller holds, what it takes of it, and how pages meet.
+"""A long program in pages: what each takes of a controller, and how pages meet.
 
 The main program calls the pages in order; where two meet, the second must start at the position where the first
 stopped, to the last digit of the text.
@@ -23,6 +23,7 @@ from compgen.core.json_text import json_text
 from compgen.core.rotations import relative_rotation
 from compgen.core.units import DEG, KB, MM
 from compgen.program.program import Program
+from compgen.robot.robot import Capacity
 
 #: Bytes of a program, of a single-group position and of a motion line.
 MEMORY_PROGRAM, MEMORY_POSITION, MEMORY_MOTION = 400, 35, 28
@@ -39,16 +40,6 @@ NO_STEPS: Mapping[str, float] = {}
 SCHEMA = 1
 MANIFEST_SUFFIX = ".pages.json"  # behind the program's name
 CHECKSUM = "record_sha256"  # of a manifest without this key
-
-
-@dataclass(frozen=True, slots=True)
-class Capacity:
-    """What a controller holds."""
-
-    max_lines: int  # of one program
-    max_positions: int  # of one program
-    memory: float  # [bytes] of all programs together
-    name_length: int
 
 
 @dataclass(frozen=True, slots=True)

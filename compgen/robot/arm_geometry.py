@@ -23,7 +23,7 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.robot.inverse_kinematics import ALL_POSTURES, is_class, solve_flange
 from compgen.robot.kinematics import flange_pose
-from compgen.robot.robot import Controller, Robot
+from compgen.robot.robot import Capacity, Controller, Robot
 
 SAME = 1e-6  # m and rad: digits that files of rounded numbers have
 MATCH = 1e-5  # m and rad of an axis of ours from a given one
@@ -258,10 +258,7 @@ def _trial(a: Array, d: Array, alpha: Array) -> Robot:
         signature="",
         period=0.008,
         rounds_up_to_period=False,
-        max_lines=1,
-        max_positions=1,
-        memory=1.0,
-        name_length=8,
+        capacity=Capacity(1, 1, 1.0, 8),
         decimals=3,
         turn_joints=(1, 4, 6),
     )

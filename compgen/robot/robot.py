@@ -36,18 +36,25 @@ DH_LENGTHS: dict[LengthName, tuple[Literal["a", "d"], int]] = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Capacity:
+    """What a controller holds."""
+
+    max_lines: int  # of one program
+    max_positions: int  # of one program
+    memory: float  # [bytes] of all programs together
+    name_length: int
+
+
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Controller:
-    """What the controller does with a program, and what it can hold."""
+    """What the controller does with a program, and what it holds."""
 
     compensation: Literal["none", "signature"]  # does it correct geometry of its own?
     signature: str  # the calibration that is active on it
     period: float  # [s] interpolation
     rounds_up_to_period: bool  # does a line take a whole number of periods?
-    max_lines: int
-    max_positions: int
-    memory: float  # [bytes] for programs
-    name_length: int
+    capacity: Capacity
     decimals: int  # of the numbers in a position
     turn_joints: tuple[int, int, int]  # which joints (from 1) the three digits of CONFIG count
     payload: int | None = None  # schedule of programs that name none

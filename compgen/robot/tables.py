@@ -26,7 +26,7 @@ from compgen.core.toml import (
 from compgen.core.units import DEG, KB, MM, MS
 from compgen.robot.arm_geometry import in_class_rows
 from compgen.robot.interference import Interference, polygon_fault
-from compgen.robot.robot import Controller, Robot, coupling_of
+from compgen.robot.robot import Capacity, Controller, Robot, coupling_of
 
 PayloadNumber = Annotated[int, Field(ge=1, le=10)]
 AccPercent = Annotated[int, Field(ge=1, le=100)]
@@ -279,10 +279,7 @@ def _controller(table: ControllerTable, file: str) -> Controller:
         signature=table.signature,
         period=table.interpolation_ms * MS,
         rounds_up_to_period=table.rounds_up_to_period,
-        max_lines=table.max_lines,
-        max_positions=table.max_positions,
-        memory=table.memory_kB * KB,
-        name_length=table.name_length,
+        capacity=Capacity(table.max_lines, table.max_positions, table.memory_kB * KB, table.name_length),
         decimals=table.decimals,
         turn_joints=(first, second, third),
         payload=table.payload,

@@ -15,10 +15,11 @@ from compgen.fanuc.canonical.writer import APPROACH_PERCENT
 from compgen.fanuc.paging.join_check import check_join, interpret_pages
 from compgen.fanuc.paging.split import split_canonical, split_program
 from compgen.pipelines.planned import delivery
-from compgen.program.pages import Capacity, JoinError, excerpt
+from compgen.program.pages import JoinError, excerpt
 from compgen.program.program import Program
 from compgen.program.speeds import writable_speed
 from compgen.robot.inverse_kinematics import ALL_POSTURES
+from compgen.robot.robot import Capacity
 
 FIELDS = ("name", "data", "load", "motions", "size", "notes")
 

@@ -18,7 +18,7 @@ from compgen.fanuc.listing.listing import dumps, loads, other_statements, statem
 from compgen.fanuc.paging.split import split_program
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.program.frames import default_frames
-from compgen.program.pages import Capacity
+from compgen.robot.robot import Capacity
 
 HEAD = {
     b"OWNER": b"EIGN.", b"COMMENT": b"KOMMENTAR", b"PROG_SIZE": b"PROG_GR\xd6\xdfE", b"CREATE": b"ERSTELL",

@@ -17,7 +17,8 @@ from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.join_check import called_programs, check_join, motion_sequence
 from compgen.fanuc.paging.plan import page_names
 from compgen.fanuc.paging.split import line_count, split_program
-from compgen.program.pages import Capacity, JoinError
+from compgen.program.pages import JoinError
+from compgen.robot.robot import Capacity
 
 
 def controller(lines=12, positions=50, memory=1e6, name=12):

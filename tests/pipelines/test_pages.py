@@ -20,7 +20,8 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import delivery, generate
 from compgen.program.page_stops import add_stops, head_line_count, joint_rates, positions_per_page
-from compgen.program.pages import Capacity, JoinError
+from compgen.program.pages import JoinError
+from compgen.robot.robot import Capacity
 from compgen.thermal import Duty, state_after
 from compgen.verification.twin import execute
 from compgen.verification.verdict import Verdict

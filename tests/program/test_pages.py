@@ -18,7 +18,7 @@ from compgen.program.page_stops import add_stops, canonical_size, place_page_sto
 from compgen.program.pages import JoinError, excerpt, is_as_written, join_programs, with_checksum
 from compgen.program.program import Program
 from compgen.robot.inverse_kinematics import Posture
-from compgen.robot.robot import Robot
+from compgen.robot.robot import Capacity, Robot
 
 N = 12
 RNG = np.random.default_rng(6)
@@ -95,7 +95,7 @@ def test_a_programs_size_has_the_lines_that_its_text_counts():
 
 def test_a_controller_without_room_for_a_page_is_told():
     """One whose memory holds less than two positions beside the main program."""
-    controller = SimpleNamespace(max_lines=9999, max_positions=9999, memory=500.0, name_length=8)
+    controller = SimpleNamespace(capacity=Capacity(9999, 9999, 500.0, 8))
     path = SimpleNamespace(arc=np.arange(100.0), stop=np.isin(np.arange(100), [0, 99]))
     robot, tool_path = cast(Robot, SimpleNamespace(controller=controller)), cast(ToolPath, path)
     stops = place_page_stops(robot, tool_path, np.zeros((100, 6)), 3, on_the_part=True, payload=False)

@@ -136,7 +136,7 @@ def correct(
     (cell, history, air, reference), (frames, registers) = choice.begin(program, content), tables.read()
     options = replace(options, air=air, reference=reference)
     # a dry run is known by the name that it gets on this controller
-    run = _check(folder, content, file, cell.robot.controller.name_length if options.raised else None)
+    run = _check(folder, content, file, cell.robot.controller.capacity.name_length if options.raised else None)
     with show_progress(CORRECT, quiet=screen.is_silent) as progress:
         with naming_file(program):
             correction = pipeline.correct(

@@ -124,7 +124,7 @@ def plan_poses(
 
     arm = load_arm(robot)
     folder = opt.output_folder(f"{arm.robot.name}_poses", output)
-    length, run = arm.robot.controller.name_length, Run(Command.PLAN_POSES, arm.robot.name)
+    length, run = arm.robot.controller.capacity.name_length, Run(Command.PLAN_POSES, arm.robot.name)
     names = [program_name(f"{arm.robot.name}_{what}", length) for what in ("poses", "reversals")]
     _check(folder, run, *(f"{name}.LS" for name in names))
     site = choice.site(arm.robot)

@@ -261,7 +261,7 @@ def plan_motion_log(
 
     arm = load_robot(robot)
     folder, run = opt.output_folder(f"{arm.name}_motion_log", output), Run(Command.PLAN_MOTION_LOG, arm.name)
-    name = program_name(f"{arm.name}_motion", arm.controller.name_length)
+    name = program_name(f"{arm.name}_motion", arm.controller.capacity.name_length)
     file = f"{name}.LS"
     check_folder(folder, run, headed=[Headed(program=file, header='= "motion log"')])
     least = least_size(speed * MM) / MM

@@ -287,7 +287,7 @@ def plan_touches(
     artefact, signal = opt.given("--artefact", artefact, "the TOML of spheres and probe"), choice.signal()
     folder, run = opt.output_folder(path, output, "_touches"), Run(Command.PLAN_TOUCHES)
     chosen = job.load_with_log(path, log, reference)
-    name = program_name(f"{chosen.name}_touches", chosen.robot.controller.name_length)
+    name = program_name(f"{chosen.name}_touches", chosen.robot.controller.capacity.name_length)
     check_folder(folder, run, record=PLAN_RECORD, others=[f"{name}.LS", PLAN_TABLE])
     check_unfilled(folder, PLAN_TABLE, "touches that were made", lambda row: row.startswith(b","))
     spheres, sigma, search = read_artefact(artefact), choice.sigma * UM, choice.search()

@@ -1,4 +1,4 @@
-"""What a controller holds, and how much of it a program takes."""
+"""How much of what a controller holds a program takes."""
 
 from dataclasses import dataclass
 

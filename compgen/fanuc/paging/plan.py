@@ -22,9 +22,9 @@ from compgen.program.pages import (
     MEMORY_POSITION,
     MEMORY_PROGRAM,
     MEMORY_REMARK,
-    Capacity,
     ProgramSize,
 )
+from compgen.robot.robot import Capacity
 
 RangeT = TypeVar("RangeT")
 

@@ -36,7 +36,6 @@ from compgen.program.pages import (
     MEMORY_POSITION,
     MEMORY_PROGRAM,
     MEMORY_REMARK,
-    Capacity,
     Page,
     PagedProgram,
     ProgramSize,
@@ -44,6 +43,7 @@ from compgen.program.pages import (
     excerpt,
 )
 from compgen.program.program import Program
+from compgen.robot.robot import Capacity
 
 #: Remarks at a page's head, from its number (from 0), the count of pages, and how many motions come before it.
 Heading = Callable[[int, int, int], Sequence[str]]

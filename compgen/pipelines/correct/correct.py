@@ -130,7 +130,7 @@ def correct(  # noqa: PLR0913  what a program is corrected with, each by its nam
     if options.raised:
         if not options.again:  # lifting takes the mark out of its digits
             _refuse_marked(program, _read_mark(program, task))
-        length = cell.robot.controller.name_length
+        length = cell.robot.controller.capacity.name_length
         program = lifted_program(program, options.raised / MM, length, around.called, frames.uframe)
     plan = _plan_correction(program, task)
     if not options.again:

@@ -27,7 +27,6 @@ from compgen.pipelines.planned.many_starts import WIDE, spread_finding, start_wo
 from compgen.planning.retiming.trajectory import SAME_FEED
 from compgen.program.directions import station_directions
 from compgen.program.driven import NONE
-from compgen.program.page_stops import controller_capacity
 from compgen.program.ways import chains
 from compgen.thermal.model import extrapolations
 
@@ -356,7 +355,7 @@ def _controller_findings(result: Correction) -> Iterator[Finding]:
         yield Finding.of(Code.CONTROLLER_SIGNATURE, message)
     size = program_size(result.plan.program)
     message = f"{size.lines} lines, {size.positions} positions, about {size.memory / KB:.0f} kB on the controller"
-    if not size.within(controller_capacity(result.cell.robot)):
+    if not size.within(result.cell.robot.controller.capacity):
         message = f"{message}: more than it holds in one file, it cannot be loaded; cgen pages parts it at FINE"
         yield Finding(Level.OUTSIDE, Code.CONTROLLER_SIZE, message)
     elif result.added:

@@ -22,9 +22,8 @@ from compgen.fanuc.paging.join_check import check_join, check_manifest
 from compgen.fanuc.paging.split import split_program
 from compgen.pipelines.correct.program_file import provenance_beside, why_unknown
 from compgen.pipelines.files.program_course import listing_of
-from compgen.program.page_stops import controller_capacity
-from compgen.program.pages import MANIFEST_SUFFIX, Capacity, PagedProgram, ProgramSize, manifest_json
-from compgen.robot.robot import Robot
+from compgen.program.pages import MANIFEST_SUFFIX, PagedProgram, ProgramSize, manifest_json
+from compgen.robot.robot import Capacity, Robot
 
 _NUMBER = re.compile(rb"\d+")  # in "P[12: name]": the first one
 CORRECTED = "corrected_from"  # of a manifest: the provenance of a program that existed and was corrected
@@ -62,7 +61,7 @@ def pages_of_program(file: str, content: bytes, robot: Robot, taken: Sequence[st
         JoinError: The pages, read back, are not the program.
     """
     program = listing_of(content, file)
-    size, capacity = program_size(program), controller_capacity(robot)
+    size, capacity = program_size(program), robot.controller.capacity
     if size.within(capacity):
         return ProgramPages(program.name, size, None, {})
     provenance = provenance_beside(Path(file), content)

@@ -19,7 +19,7 @@ from compgen.fanuc.paging.split import split_canonical
 from compgen.job.job import Job
 from compgen.pipelines.planned.program_text import COMMON_REMARKS, rise_remarks, start_remarks
 from compgen.program.digits import as_written
-from compgen.program.page_stops import PageStops, canonical_size, controller_capacity, head_line_count
+from compgen.program.page_stops import PageStops, canonical_size, head_line_count
 from compgen.program.pages import MANIFEST_SUFFIX, JoinError, Page, PagedProgram, excerpt, manifest_json
 from compgen.program.program import REMARK_LENGTH, Program
 
@@ -103,7 +103,7 @@ def part_program(
     """
     with naming_file(job.source):
         return split_canonical(
-            program, controller_capacity(job.robot), headings, head_line_count(len(job.heat.names)), common
+            program, job.robot.controller.capacity, headings, head_line_count(len(job.heat.names)), common
         )
 
 
@@ -115,7 +115,7 @@ def deliver_parted(
     Raises:
         JoinError: The pages, read back from their text, are not the program.
     """
-    manifest = manifest_json(paged, controller_capacity(job.robot), head, facts)
+    manifest = manifest_json(paged, job.robot.controller.capacity, head, facts)
     files = {f"{paged.name}{MANIFEST_SUFFIX}": manifest, **paged.files()}
     whole, _ = interpret_pages(*check_manifest(manifest, files))
     require_equal(whole, program)
@@ -124,7 +124,7 @@ def deliver_parted(
 
 def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list[Finding]:
     """What was done with a program that one file does not hold, or why nothing was done."""
-    capacity, program, paged = controller_capacity(job.robot), delivery.program, delivery.paged
+    capacity, program, paged = job.robot.controller.capacity, delivery.program, delivery.paged
     size = canonical_size(len(program.position), len(program.remarks) + (program.payload is not None))
     checks = [
         ("max_positions", size.positions, capacity.max_positions, "positions"),

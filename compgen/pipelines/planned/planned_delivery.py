@@ -29,7 +29,7 @@ COMMENT = "compgen PLANNED"
 
 def planned_name_of(job: Job) -> str:
     """The name of the job's planned program on the controller."""
-    return f"{program_name(job.name, job.robot.controller.name_length - len(PLAN))}{PLAN}"
+    return f"{program_name(job.name, job.robot.controller.capacity.name_length - len(PLAN))}{PLAN}"
 
 
 def deliver_planned(planned: Planned, date: str = DEFAULT_DATE) -> tuple[Planned, Delivery]:

@@ -162,7 +162,7 @@ def in_world(job: Job, pose: Pose) -> Pose:
 
 def program_name_of(job: Job) -> str:
     """The name of the job's program on the controller."""
-    length = job.robot.controller.name_length
+    length = job.robot.controller.capacity.name_length
     if not job.plan.path.raised:
         motion = job.robot.motion
         behind = "" if motion is None or not motion.may_predistort else FULL_SPEED

@@ -32,8 +32,8 @@ from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_stat
 from compgen.pipelines.resume.pages_anew import with_manifest
 from compgen.pipelines.resume.result import Join, PagesAnew, Size, page_results, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
-from compgen.program.pages import Capacity
 from compgen.program.ways import interpolate_poses
+from compgen.robot.robot import Capacity
 from compgen.thermal import Duty, JointMotion, state_after, states_at
 from compgen.thermal.ambient import still_air
 from compgen.thermal.model import with_losses
