@@ -1,12 +1,10 @@
 """Programs that a program calls: whether and how each moves the arm, and what it writes of registers and frames."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.listing.listing import LsProgram, loads, other_statements
@@ -116,24 +114,14 @@ def _names(program: LsProgram) -> set[str]:
     return {name.upper() for text in texts for name in CALL.findall(text)}
 
 
-class CalledMotion(NamedTuple):
-    """As ``DrivenProgram`` has them."""
-
-    called: Mapping[int, tuple[DrivenProgram, ...]]
-    uncounted: tuple[str, ...]
-    untold: tuple[str, ...]
-    pause: Array  # (S,) with what programs wait that do not move the arm
-    rest: float
-
-
-def called_motion(
+def with_called_motion(
     program: LsProgram, drive: DrivenProgram, known: CalledPrograms, drive_of: Callable[[str], DrivenProgram | None]
-) -> CalledMotion:
-    """What called programs do before a program leaves for each of its stations: each as it is listed, once a CALL.
+) -> DrivenProgram:
+    """A program with what called ones do before it leaves for each of its stations: each as it is listed, once a CALL.
 
     Args:
         program: Any program.
-        drive: Its stations.
+        drive: Its stations, and what it waits itself.
         known: What is known of the programs that it calls.
         drive_of: One of them as it is driven; None for one that calls this one.
     """
@@ -164,7 +152,14 @@ def called_motion(
             uncounted.add(name)
         else:
             counted[station] = (*counted.get(station, ()), moving[name])
-    return CalledMotion(counted, tuple(sorted(uncounted)), tuple(untold), pause[:-1], float(pause[-1]))
+    return replace(
+        drive,
+        called=counted,
+        uncounted=tuple(sorted(uncounted)),
+        untold=tuple(untold),
+        pause=pause[:-1],
+        rest=float(pause[-1]),
+    )
 
 
 def _is_told(drive: DrivenProgram) -> bool:

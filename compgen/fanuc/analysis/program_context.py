@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms, called_motion, called_programs
+from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms, called_programs, with_called_motion
 from compgen.fanuc.analysis.placements import read_placements
 from compgen.fanuc.analysis.poses import Poses, read_poses
 from compgen.fanuc.analysis.traversal import read_traversal
@@ -49,4 +49,4 @@ class ProgramContext:
 
         poses = self.poses(program, robot)
         drive = measure_reach(robot, read_traversal(program, poses, robot, self.called.motionless))
-        return poses, replace(drive, **called_motion(program, drive, self.called, drive_of)._asdict())
+        return poses, with_called_motion(program, drive, self.called, drive_of)
