@@ -6,7 +6,7 @@ leaves to the frame.
 """
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import wraps
 from typing import Any
@@ -14,13 +14,9 @@ from typing import Any
 import typer
 
 from compgen.cli.options.options import CompiledCores
-from compgen.cli.screen.messages import print_error, print_record
+from compgen.cli.screen.messages import print_error, print_lines, print_record, print_shown
 from compgen.cli.this_machine import use_cores, use_machine
 from compgen.core.exit_codes import ExitCode
-
-
-def show_nothing() -> None:
-    """What a command shows that has nothing to say."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,8 +24,9 @@ class Outcome:
     """What a command has come to; its files are written."""
 
     record: object = None  # what --json prints; None: it is printed already
-    show: Callable[[], None] = show_nothing  # prints what a reader sees
-    errors: Sequence[str] = ()  # why it is not inside
+    shown: Iterable[object] = ()  # what a reader sees: sentences and tables, as wide as the terminal
+    lines: Iterable[str] = ()  # what else a reader sees: sentences, a line each, as long as they are
+    errors: Sequence[str] = ()  # why it is not inside; empty ones are none
     code: int = ExitCode.OUTSIDE  # that it ends with where there are errors
 
 
@@ -49,13 +46,15 @@ def framed(run: Callable[..., Outcome]) -> Callable[..., None]:
         elif cores is not None:
             use_cores(cores.workers)
         outcome = run(**given, **records)
-        if not screen.as_json and not screen.quiet:
-            outcome.show()
+        if not screen.is_silent:
+            print_shown(outcome.shown)
+            print_lines(outcome.lines)
         if screen.as_json and outcome.record is not None:
             print_record(outcome.record)
-        for error in outcome.errors:
+        errors = [error for error in outcome.errors if error]
+        for error in errors:
             print_error(error, outcome.code)
-        if outcome.errors:
+        if errors:
             raise typer.Exit(outcome.code)
 
     parameters = [option.replace(kind=inspect.Parameter.KEYWORD_ONLY) for option in options]

@@ -2,14 +2,15 @@
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from compgen.cli.command_frame import Outcome, show_nothing
+from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import write_file
@@ -19,6 +20,9 @@ from compgen.core import interrupts
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from compgen.job.job import Job
 
 Judge = Callable[[str], tuple[dict[str, Any], str]]  # the report of a path, and why it is not inside
 
@@ -52,26 +56,22 @@ def check(
     from compgen.cli.this_machine import use_machine
 
     use_machine(workers)
-    shown: list[Callable[[], None]] = []  # of many paths their reports are enough
+    alone = len(paths) == 1
+    shown: list[Iterable[object]] = []  # of many paths their reports are enough
 
     def judge(path: str) -> tuple[dict[str, Any], str]:
-        if written is not None:
-            summary, broken = _judge_written(path, job, max_um, written, strict=strict, silent=screen.is_silent)
-            shown.append(partial(_show_written, summary, verbose=screen.verbose))
-            return summary, broken
-        summary, broken, show = _judge_path(path, job, max_um, strict=strict, silent=screen.is_silent)
-        shown.extend([partial(show, verbose=screen.verbose)] if len(paths) == 1 else [])
+        judge_one = _judge_path if written is None else partial(_judge_written, program=written)
+        summary, broken, seen = judge_one(job.load(path, max_um), strict=strict, screen=screen)
+        shown.extend([seen] if alone else [])
         return summary, broken
 
-    from compgen.cli.screen.job_table import show_outcomes
+    from compgen.cli.screen.job_table import outcomes_shown
 
     judged = judge_all(names, judge, junit, sarif)
-    alone = len(paths) == 1
-    show = (shown or [show_nothing])[0] if alone else partial(show_outcomes, judged)
-    return outcome_of_all(judged, show, alone=alone)
+    return outcome_of_all(judged, chain(*shown) if alone else outcomes_shown(judged), alone=alone)
 
 
-def outcome_of_all(judged: Sequence[JudgedPath], show: Callable[[], None], *, alone: bool) -> Outcome:
+def outcome_of_all(judged: Sequence[JudgedPath], shown: Iterable[object], *, alone: bool) -> Outcome:
     """What becomes of all files together: the worst of any. Of one that stands alone a refusal is the command's."""
     if alone and judged[0].summary is None:
         raise typer.Exit(print_refusal(judged[0].message, judged[0].code or 0))
@@ -82,64 +82,60 @@ def outcome_of_all(judged: Sequence[JudgedPath], show: Callable[[], None], *, al
     ]
     return Outcome(
         record=judged[0].summary if alone else [_record(one) for one in judged],
-        show=show,
+        shown=shown,
         errors=messages,
         code=max(one.code or 0 for one in judged),
     )
 
 
-def _judge_path(
-    path: str, choice: opt.JobChoice, max_um: float | None, *, strict: bool, silent: bool
-) -> tuple[dict[str, Any], str, Callable[..., None]]:
-    """The report of a path whose program is generated, why it is not inside, and what shows it."""
-    from compgen.cli.screen.job_table import show_job
+def _judge_path(job: "Job", *, strict: bool, screen: opt.FindingScreen) -> tuple[dict[str, Any], str, Iterable[object]]:
+    """The report of a path whose program is generated, why it is not inside, and what is shown of it."""
+    from compgen.cli.screen.job_table import job_shown
     from compgen.cli.screen.progress_bar import CHECK, show_progress
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.assumed_ramps import judge_ramps
     from compgen.report import job_summary
 
-    with show_progress(CHECK, quiet=silent) as progress:
-        planned, corrected = pipeline.generate(choice.load(path, max_um), progress)
+    with show_progress(CHECK, quiet=screen.is_silent) as progress:
+        planned, corrected = pipeline.generate(job, progress)
         corrected = judge_ramps(planned, corrected) if strict else corrected
     summary = job_summary(planned, corrected) | {"command": Command.CHECK}
-    return summary, outside_words(corrected.findings), partial(show_job, planned, corrected, None, {})
+    shown = job_shown(planned, corrected, None, (), verbose=screen.verbose)
+    return summary, outside_words(corrected.findings), shown
 
 
 def _judge_written(
-    path: str, choice: opt.JobChoice, max_um: float | None, program: str, *, strict: bool, silent: bool
-) -> tuple[dict[str, Any], str]:
-    """The report of a program that was written earlier, in the state that the files say now; why it is not inside."""
+    job: "Job", *, program: str, strict: bool, screen: opt.FindingScreen
+) -> tuple[dict[str, Any], str, Iterable[object]]:
+    """The same of a program that was written earlier, in the state that the files say now."""
     from compgen.cli.screen.progress_bar import PREDICT, show_progress
     from compgen.pipelines.correct.program_file import programs_beside, read_program
     from compgen.pipelines.planned.written_program import fly_written
     from compgen.report.job_summary import written_summary
 
-    job = choice.load(path, max_um)
     data = read_program(program)
-    with show_progress(PREDICT, quiet=silent) as progress, naming_file(f"--written {program}"):
+    with show_progress(PREDICT, quiet=screen.is_silent) as progress, naming_file(f"--written {program}"):
         flight = fly_written(job, data, programs_beside(Path(program)), progress, with_other_ramps=strict)
-    return written_summary(flight, program), outside_words(flight.findings)
+    summary = written_summary(flight, program)
+    return summary, outside_words(flight.findings), _written_shown(summary, verbose=screen.verbose)
 
 
-def _show_written(summary: dict[str, Any], *, verbose: bool) -> None:
-    """Print what the program leaves, and the findings."""
-    from compgen.cli.screen.messages import print_findings, stdout_console
+def _written_shown(summary: dict[str, Any], *, verbose: bool) -> list[str]:
+    """What the program leaves, and the findings."""
+    from compgen.cli.screen.messages import finding_rows
     from compgen.report.band_words import guaranteed_text, not_known_words
 
-    console, written = stdout_console(), summary["written"]
+    written, rises = summary["written"], summary["thermal"]["start_K"]
     before, after = (summary["on_part"][side]["total"] for side in ("before", "after"))
-    console.print(
+    return [
         f"{written['name']}, {written['positions']} positions, in this state: largest error on the part "
         f"{after['max_um']:.2f} um (p99 {after['p99_um']:.2f}, rms {after['rms_um']:.2f}); planned, not corrected: "
         f"{before['max_um']:.2f} um",
-    )
-    if verbose:
-        rises = ", ".join(f"{name} {rise:.2f}" for name, rise in summary["thermal"]["start_K"].items())
-        console.print(f"rise at the start [K]: {rises}")
-    if summary["guaranteed"]:
-        console.print(guaranteed_text(summary["guaranteed"]))
-    console.print(not_known_words(summary["band"], verbose=verbose))
-    print_findings(console, summary["findings"], verbose=verbose)
+        *([f"rise at the start [K]: {', '.join(f'{n} {rise:.2f}' for n, rise in rises.items())}"] if verbose else []),
+        *([guaranteed_text(summary["guaranteed"])] if summary["guaranteed"] else []),
+        not_known_words(summary["band"], verbose=verbose),
+        *finding_rows(summary["findings"], verbose=verbose),
+    ]
 
 
 def begin_files(paths: list[str], junit: str | None, sarif: str | None, command: Command) -> list[str]:

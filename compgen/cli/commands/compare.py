@@ -1,6 +1,5 @@
 """The command that sets two outputs side by side."""
 
-from functools import partial
 from typing import Annotated
 
 import typer
@@ -36,7 +35,7 @@ def compare(
     Examples:
         cgen compare out/before out/after --max-um 20
     """
-    from compgen.cli.screen.compare_table import show_comparison
+    from compgen.cli.screen.compare_table import comparison_shown
     from compgen.pipelines.comparison.comparison import compare as pipeline
     from compgen.report.compare_page import comparison_files
     from compgen.report.compare_words import comparison_record
@@ -54,6 +53,6 @@ def compare(
     broken = None if max_um is None else comparison.broken_bound(max_um)
     return Outcome(
         record=comparison_record(comparison) if screen.as_json else None,
-        show=partial(show_comparison, comparison, written),
+        shown=comparison_shown(comparison, written),
         errors=[f"outside bounds: {broken}"] if broken is not None else [],
     )

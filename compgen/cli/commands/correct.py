@@ -1,9 +1,8 @@
 """The command that corrects a program that exists."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,13 +18,11 @@ from compgen.cli.output_files.ownership import REPORT, Headed, check_folder, che
 from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import (
     MOST_UNSAFE,
+    finding_rows,
     outside_words,
-    print_findings,
-    print_lines,
-    print_table,
-    print_unsafe,
     sizes_table,
-    stdout_console,
+    titled,
+    unsafe_lines,
 )
 from compgen.core import stages
 from compgen.core.commands import Command
@@ -161,8 +158,8 @@ def _publish(correction: "Correction", place: PagePlace, file: str, run: Run, *,
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{file} not written; --force writes it"
         errors.append(f"{outside_words(correction.findings)}; {ending}")
-    show = partial(show_correction, correction, place.folder, files, verbose=verbose)
-    return Outcome(record=files[REPORT], show=show, errors=errors)
+    shown = correction_shown(correction, place.folder, files, verbose=verbose)
+    return Outcome(record=files[REPORT], shown=shown, errors=errors)
 
 
 def _check(folder: Path, content: bytes, file: str, dry_length: int | None = None) -> Run:
@@ -203,38 +200,40 @@ def _restore(source: Path, content: bytes, folder: Path) -> Outcome:
     digest = sha256(planned).hexdigest()
     return Outcome(
         record={"command": Command.CORRECT, "restored": source.name, "folder": str(folder), "sha256": digest},
-        show=partial(print_lines, [f"wrote the planned {source.name} to {folder}"]),
+        lines=[f"wrote the planned {source.name} to {folder}"],
     )
 
 
-def show_correction(correction: "Correction", folder: Path, files: Iterable[str], *, verbose: bool) -> None:
-    """Print the errors, then: before and after, what is not known, what to read, what was written."""
+def correction_shown(
+    correction: "Correction", folder: Path, files: Iterable[str], *, verbose: bool
+) -> Iterator[object]:
+    """The errors, then: before and after, what is not known, what to read, what was written."""
     from compgen.report.band_words import before_and_after, gain_words, guaranteed_text, not_known_words
     from compgen.report.correction import correction_summary
 
     summary = correction_summary(correction)
-    console = stdout_console()
     if summary["before"]:
-        table = sizes_table("error", ("before", "after"))
-        for key, label in (("total", "position, um"), ("turn", "orientation, mdeg")):
-            table.add_row(label, *(f"{v:.2f}" for side in ("before", "after") for v in summary[side][key].values()))
-        print_table(console, f"{summary['name']} on {summary['provenance']['robot']}", table)
+        rows = [
+            [label, *(f"{v:.2f}" for side in ("before", "after") for v in summary[side][key].values())]
+            for key, label in (("total", "position, um"), ("turn", "orientation, mdeg"))
+        ]
+        table = sizes_table("error", ("before", "after"), rows)
+        yield from titled(f"{summary['name']} on {summary['provenance']['robot']}", table)
     if "guaranteed" in summary:
-        console.print(guaranteed_text(summary["guaranteed"]))
+        yield guaranteed_text(summary["guaranteed"])
     if summary["before"]:
-        console.print(f"{before_and_after(summary)}{gain_words(summary)}")
-    console.print(f"verdict: {summary['verdict']}")
-    count = summary["positions"]
-    console.print(
+        yield f"{before_and_after(summary)}{gain_words(summary)}"
+    yield f"verdict: {summary['verdict']}"
+    count, heat = summary["positions"], summary["thermal"]
+    yield (
         f"{counted(count['corrected'], 'position', 'positions')} corrected, {count['new']} new, {count['unchanged']} "
         f"unchanged; {summary['duration_s']:.1f} s"
     )
     if verbose:
-        heat = summary["thermal"]
         rises = (f"{n} {v:.2f} to {heat['end_K'][n]:.2f}" for n, v in heat["start_K"].items())
-        console.print(f"rise [K]: {', '.join(rises)}")
+        yield f"rise [K]: {', '.join(rises)}"
     if summary["before"] and summary["band"]:
-        console.print(not_known_words(summary["band"], verbose=verbose))
-    print_findings(console, summary["findings"], verbose=verbose)
-    print_unsafe(console, summary["unsafe"], MOST_UNSAFE if verbose else FEW_UNSAFE, f"in {REPORT}")
-    console.print(f"wrote {', '.join(sorted(files))} to {folder}")
+        yield not_known_words(summary["band"], verbose=verbose)
+    yield from finding_rows(summary["findings"], verbose=verbose)
+    yield from unsafe_lines(summary["unsafe"], MOST_UNSAFE if verbose else FEW_UNSAFE, f"in {REPORT}")
+    yield f"wrote {', '.join(sorted(files))} to {folder}"

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Iterator
 from difflib import get_close_matches
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +12,6 @@ from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_codes, page_place
 from compgen.cli.output_files.ownership import REPORT
-from compgen.cli.screen.messages import print_lines
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
@@ -61,7 +59,7 @@ def explain(
         for each, messages in messages_of.items()
     ]  # fmt: skip
     lines = [line for each, messages in messages_of.items() for line in _lines(each, messages)] if code else _listed()
-    return Outcome(record={"command": Command.EXPLAIN, "codes": record}, show=partial(print_lines, lines))
+    return Outcome(record={"command": Command.EXPLAIN, "codes": record}, lines=lines)
 
 
 def _codes(word: str) -> list[Code]:

@@ -1,8 +1,7 @@
 """Commands on measurements of the arm itself: identify, check-robot."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +14,7 @@ from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, pa
 from compgen.cli.output_files.figure_files import Content
 from compgen.cli.output_files.ownership import IDENTIFIED, check_robot_files
 from compgen.cli.output_files.publish import check_names, publish
-from compgen.cli.screen.messages import outside_words, print_findings, print_lines, stdout_console
+from compgen.cli.screen.messages import finding_rows, outside_words, table_of
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
@@ -189,13 +188,7 @@ def _publish(
     if identified.refused:
         ending = "written all the same (--force)" if force else f"{target.file.name} not written; --force writes it"
         errors.append(f"refused: {first_message(Level.REFUSED, identified.findings)}; {ending}")
-    return Outcome(record=record, show=partial(_show, identified, words, verbose=verbose), errors=errors)
-
-
-def _show(identified: "Identification", words: str, *, verbose: bool) -> None:
-    """Print the fit, and what was written."""
-    show_identification(identified, verbose=verbose)
-    print_lines([words])
+    return Outcome(record=record, shown=identification_shown(identified, verbose=verbose), lines=[words], errors=errors)
 
 
 def check_robot(
@@ -235,51 +228,48 @@ def check_robot(
     result = validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), known_frames, bound)
     result = replace(result, findings=(*result.findings, *of_log))
     summary = validation_summary(result)
-    outside = outside_words(result.findings)
-    show = partial(show_validation, summary, verbose=screen.verbose)
-    return Outcome(record=summary, show=show, errors=[outside] if outside else [])
+    shown = validation_shown(summary, verbose=screen.verbose)
+    return Outcome(record=summary, shown=shown, errors=[outside_words(result.findings)])
 
 
-def show_identification(identified: "Identification", *, verbose: bool) -> None:
-    """Print the models tried, how well the joints were covered, the parameters, the findings and the verdict."""
-    from rich.table import Table
-
+def identification_shown(identified: "Identification", *, verbose: bool) -> Iterator[object]:
+    """The models tried, how well the joints were covered, the parameters, the findings and the verdict."""
     from compgen.report.identification import identification_summary, ladder_cells, limits_sentence
 
     summary = identification_summary(identified)
-    console = stdout_console()
-    table = Table("model", "parameters", "effective", "held-out um", "95 %", "noise um")
-    for step in summary["ladder"]:
-        mark = " <-" if step["model"] == summary["model"] else ""
-        table.add_row(step["model"] + mark, str(step["parameters"]), *ladder_cells(step))
-    console.print(table)
+    ladder = [
+        [f"{s['model']}{' <-' if s['model'] == summary['model'] else ''}", str(s["parameters"]), *ladder_cells(s)]
+        for s in summary["ladder"]
+    ]
+    yield table_of(("model", "parameters", "effective", "held-out um", "95 %", "noise um"), ladder)
     if list(summary["kinds"]) != ["places"]:
         rows = (f"{k['rows']} {kind}, noise {k['noise_um']:.1f} um" for kind, k in summary["kinds"].items())
-        console.print(f"measured: {'; '.join(rows)}")
+        yield f"measured: {'; '.join(rows)}"
     coverage = ", ".join(f"{joint} {100 * c['share']:.0f} %" for joint, c in summary["coverage"].items())
-    console.print(f"of each joint's range the poses use: {coverage}; condition of the fit {summary['condition']:.0f}")
-    console.print(limits_sentence(summary))
     known = sorted((p for p in summary["parameters"] if not p["held_by_prior"]), key=lambda p: -p["moves_um"])
-    for p in known[:MOST_PARAMETERS]:
-        console.print(f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}, moves the tool by {p['moves_um']:.0f} um")
+    yield from (
+        f"of each joint's range the poses use: {coverage}; condition of the fit {summary['condition']:.0f}",
+        limits_sentence(summary),
+        *(
+            f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}, moves the tool by {p['moves_um']:.0f} um"
+            for p in known[:MOST_PARAMETERS]
+        ),
+    )
     if len(known) > MOST_PARAMETERS:
-        console.print(f"and {len(known) - MOST_PARAMETERS} more, see the report")
-    print_findings(console, summary["findings"], verbose=verbose)
-    console.print(f"verdict: {summary['verdict']}")
+        yield f"and {len(known) - MOST_PARAMETERS} more, see the report"
+    yield from finding_rows(summary["findings"], verbose=verbose)
+    yield f"verdict: {summary['verdict']}"
 
 
-def show_validation(summary: dict[str, Any], *, verbose: bool) -> None:
-    """Print the errors at each target, of the nominal and of the identified arm."""
-    from rich.table import Table
-
-    console = stdout_console()
-    table = Table("target", "arm", "places", "mean mm", "rms mm", "p99 mm", "max mm")
-    rows = [*summary["targets"].items(), *summary["states"].items(), ("overall", summary["overall"])]
+def validation_shown(summary: dict[str, Any], *, verbose: bool) -> list[object]:
+    """The errors at each target, of the nominal and of the identified arm."""
+    kinds = [*summary["targets"].items(), *summary["states"].items(), ("overall", summary["overall"])]
     if summary["set_aside"]:
-        rows.append(("all rows", summary["all_rows"]))
-    for target, arms in rows:
-        for arm, errors in arms.items():
-            statistics = (f"{errors[k]:.4f}" for k in ("mean", "rms", "p99", "max"))
-            table.add_row(target, arm, str(errors["count"]), *statistics)
-    console.print(table)
-    print_findings(console, summary["findings"], verbose=verbose)
+        kinds.append(("all rows", summary["all_rows"]))
+    rows = [
+        [target, arm, str(errors["count"]), *(f"{errors[k]:.4f}" for k in ("mean", "rms", "p99", "max"))]
+        for target, arms in kinds
+        for arm, errors in arms.items()
+    ]
+    table = table_of(("target", "arm", "places", "mean mm", "rms mm", "p99 mm", "max mm"), rows)
+    return [table, *finding_rows(summary["findings"], verbose=verbose)]

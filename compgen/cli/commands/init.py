@@ -1,7 +1,6 @@
 """Commands for files to begin with: init lays down robots and paths, schema prints what they may say."""
 
 import os
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,7 +10,7 @@ from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.output_files.ownership import check_own_file
 from compgen.cli.output_files.publish import check_writable, write_file
-from compgen.cli.screen.messages import print_lines, print_record
+from compgen.cli.screen.messages import print_record
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
@@ -66,7 +65,7 @@ def init(
 
 def _outcome(written: list[str], kept: list[str], lines: list[str]) -> Outcome:
     record = {"command": Command.INIT, "written": written, "kept": kept}
-    return Outcome(record=record, show=partial(print_lines, lines))
+    return Outcome(record=record, lines=lines)
 
 
 def _lay_down(files: list[Path], target: Path, written: list[str], kept: list[str]) -> None:

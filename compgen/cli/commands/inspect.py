@@ -1,6 +1,6 @@
 """Commands that read programs and write nothing: inspect says what one is, check-backup whether two are the same."""
 
-from functools import partial
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
@@ -9,7 +9,7 @@ from compgen.cli.command_frame import Outcome
 from compgen.cli.commands.check import begin_files, judge_all, outcome_of_all
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_programs, complete_robots
-from compgen.cli.screen.messages import MOST_UNSAFE, print_lines, print_unsafe, stdout_console
+from compgen.cli.screen.messages import MOST_UNSAFE, unsafe_lines
 from compgen.core.commands import Command
 
 #: Where a program says that compgen has corrected it.
@@ -54,15 +54,13 @@ def inspect(
         return {"command": Command.INSPECT, **record}, mend
 
     judged = judge_all(names, judge, None, sarif)
-
-    def show() -> None:
-        for one in judged:
-            if len(programs) > 1:
-                print_lines([f"{one.path}:"])
-            if one.summary is not None:
-                show_program(one.summary)
-
-    return outcome_of_all(judged, show, alone=len(programs) == 1)
+    alone = len(programs) == 1
+    shown = (
+        line
+        for one in judged
+        for line in (*(() if alone else (f"{one.path}:",)), *(program_lines(one.summary) if one.summary else ()))
+    )
+    return outcome_of_all(judged, shown, alone=alone)
 
 
 def check_backup(
@@ -100,40 +98,39 @@ def check_backup(
         worst = next(program for program in programs if program.differences)
         message = f"{worst.name}: {worst.differences[0]}; {count} in all: load it again, and compare again"
         errors.append(f"the backup differs: {message}")
-    return Outcome(record=record, show=partial(print_lines, lines), errors=errors)
+    return Outcome(record=record, lines=lines, errors=errors)
 
 
-def show_program(report: dict[str, Any]) -> None:
-    """Print what a program is, and what makes correcting it unsafe."""
-    console = stdout_console()
+def program_lines(report: dict[str, Any]) -> Iterator[str]:
+    """What a program is, and what makes correcting it unsafe."""
     positions, motions = report["positions"], report["motions"]
     counts = ", ".join(f"{n} {letter}" for letter, n in sorted(motions.items())) or "none"
-    console.print(f"{report['name']}  {report['comment']}".rstrip())
+    yield f"{report['name']}  {report['comment']}".rstrip()
     if report["mark"] in MARKS:
-        console.print(f"corrected by compgen: {MARKS[report['mark']]}; correct refuses it")
-    console.print(f"motions: {counts}; {report['disabled_motions']} disabled")
-    console.print(
+        yield f"corrected by compgen: {MARKS[report['mark']]}; correct refuses it"
+    yield f"motions: {counts}; {report['disabled_motions']} disabled"
+    yield (
         f"positions: {positions['defined']} defined, {positions['used']} used, {len(positions['shared'])} shared, "
         f"{positions['joint_form']} in joint form"
     )
     for key in ("unused", "undefined"):
         if positions[key]:
-            console.print(
-                f"{key}: {', '.join(f'P[{n}]' for n in positions[key][:20])}{' ...' if positions[key][20:] else ''}"
-            )
+            yield f"{key}: {', '.join(f'P[{n}]' for n in positions[key][:20])}{' ...' if positions[key][20:] else ''}"
     pairs = [f"UF {f['uframe']} UT {f['utool']} ({f['positions']})".replace("-1", "F") for f in report["frames"]]
-    console.print(f"frames: {', '.join(pairs) or 'none'}")
-    console.print(f"postures: {', '.join(f'{k} ({n})' for k, n in report['postures'].items()) or 'none'}")
     path = f"path {report['path_length_mm']:.1f} mm, {report['duration_s']:.1f} s at programmed speeds"
     path = path if report["path_length_mm"] else "path: its length is not known, see below"
-    console.print(f"{path}; motions without a time of their own: {report['motions_without_time']}")
+    yield from (
+        f"frames: {', '.join(pairs) or 'none'}",
+        f"postures: {', '.join(f'{k} ({n})' for k, n in report['postures'].items()) or 'none'}",
+        f"{path}; motions without a time of their own: {report['motions_without_time']}",
+    )
     for joint, margin in report["limits"].items():
         unit = "mm" if "room_mm" in margin else "deg"
-        console.print(f"{joint}: {margin['room_' + unit]:.2f} {unit} from its limit at P[{margin['position']}]")
+        yield f"{joint}: {margin['room_' + unit]:.2f} {unit} from its limit at P[{margin['position']}]"
     if report["robot"] is None:
-        console.print("reach and joint limits: not looked at, the program names no robot; say which with --robot")
+        yield "reach and joint limits: not looked at, the program names no robot; say which with --robot"
     if report["out_of_reach"]:
-        console.print(f"out of reach of {report['robot']}: {', '.join(f'P[{n}]' for n in report['out_of_reach'][:20])}")
+        yield f"out of reach of {report['robot']}: {', '.join(f'P[{n}]' for n in report['out_of_reach'][:20])}"
     count = len(report["unsafe"])
-    console.print(f"statements that make compensation unsafe: {count}" + (":" if count else ""))
-    print_unsafe(console, report["unsafe"], MOST_UNSAFE, "with --json")
+    yield f"statements that make compensation unsafe: {count}" + (":" if count else "")
+    yield from unsafe_lines(report["unsafe"], MOST_UNSAFE, "with --json")

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -71,7 +70,7 @@ def generate(
         cgen generate paths/optic_raster.toml --set path.stepover_mm=2 --set before.0.duration_h=3
         cgen generate paths/optic_raster.toml --lift-all 50 -o dry
     """
-    from compgen.cli.screen.job_table import show_job
+    from compgen.cli.screen.job_table import job_shown
     from compgen.cli.screen.progress_bar import GENERATE, show_progress
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.assumed_ramps import judge_ramps
@@ -92,9 +91,9 @@ def generate(
         corrected = judge_ramps(planned, corrected) if strict else corrected
         programs = dict(corrected.delivery.files) if corrected.is_usable or force else {}
         reports = files.put(planned, corrected, programs, progress)
-    show = partial(show_job, planned, corrected, folder, [*programs, *reports], verbose=screen.verbose)
+    shown = job_shown(planned, corrected, folder, [*programs, *reports], verbose=screen.verbose)
     errors = [] if corrected.inside else [_why_not_inside(corrected, force=force)]
-    return Outcome(record=reports[REPORT], show=show, errors=errors)
+    return Outcome(record=reports[REPORT], shown=shown, errors=errors)
 
 
 def _why_not_inside(corrected: "Corrected", *, force: bool) -> str:
@@ -127,7 +126,7 @@ def predict(
         cgen predict paths/spiral_1300.toml --set process.feed_mm_s=40
         cgen predict paths/spiral_1300.toml --program --max-um 150
     """
-    from compgen.cli.screen.job_table import show_job
+    from compgen.cli.screen.job_table import job_shown
     from compgen.cli.screen.progress_bar import PREDICT, show_progress
     from compgen.pipelines.planned import generate as pipeline
     from compgen.pipelines.planned.planned_delivery import COMMENT, deliver_planned, planned_name_of
@@ -149,8 +148,8 @@ def predict(
     errors = opt.beyond_bound("predicted: error of {}", planned.deviation().on_part["total"].max, max_um)
     if program and not programs:
         errors = [f"{first_message(Level.OUTSIDE, planned.findings)}; {name}.LS not written"]
-    show = partial(show_job, planned, None, folder, [*programs, *reports], verbose=screen.verbose)
-    return Outcome(record=reports[REPORT], show=show, errors=errors)
+    shown = job_shown(planned, None, folder, [*programs, *reports], verbose=screen.verbose)
+    return Outcome(record=reports[REPORT], shown=shown, errors=errors)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,5 @@
 """The command for shops that do not exchange programs: the one offset to type in, and what it leaves."""
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,7 +8,7 @@ import typer
 from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
 from compgen.cli.options.completion import complete_jobs
-from compgen.cli.screen.messages import print_findings, stdout_console
+from compgen.cli.screen.messages import finding_rows, table_of
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.units import UM
 
@@ -62,7 +61,7 @@ def offsets(
     record = result.record()
     best = min((way for way in record["ways"] if way["type_in"] is not None), key=lambda way: way["leaves"]["max_um"])
     errors = opt.beyond_bound(f"the best offset ({best['kind']}) leaves {{}}", best["leaves"]["max_um"] * UM, max_um)
-    return Outcome(record=record, show=partial(_show, record, verbose=screen.verbose), errors=errors)
+    return Outcome(record=record, shown=_shown(record, verbose=screen.verbose), errors=errors)
 
 
 def _refuse_options_of_programs(tables: opt.ProgramTables, before: list[str] | None) -> None:
@@ -85,20 +84,17 @@ def _of_program(program: str, choice: opt.ProgramChoice, tables: opt.ProgramTabl
         return offsets_of_program(content, cell, frames, history, progress, programs_beside(source), registers, air=air)
 
 
-def _show(record: dict[str, Any], *, verbose: bool) -> None:
-    """Print what to type in, and what each way leaves."""
-    from rich.table import Table
-
-    console = stdout_console()
-    console.print(f"{record['name']}, positions in user frame {record['uframe']}; on the part, um:")
-    table = Table("what is done", *"XYZWPR", "leaves rms", "p99", "max")
+def _shown(record: dict[str, Any], *, verbose: bool) -> list[object]:
+    """What to type in, and what each way leaves."""
+    rows = []
     for way in record["ways"]:
         numbers = way["type_in"]
         cells = [""] * 6 if numbers is None else [f"{v:.3f}" for v in numbers.values()]
-        table.add_row(way["kind"], *cells, *(f"{way['leaves'][k]:.1f}" for k in ("rms_um", "p99_um", "max_um")))
-    console.print(table)
-    console.print(
+        rows.append([way["kind"], *cells, *(f"{way['leaves'][k]:.1f}" for k in ("rms_um", "p99_um", "max_um"))])
+    return [
+        f"{record['name']}, positions in user frame {record['uframe']}; on the part, um:",
+        table_of(("what is done", *"XYZWPR", "leaves rms", "p99", "max"), rows),
         "X Y Z in mm, W P R in deg. PR offset: type them into a position register, and put Offset,PR[n] on the motions "
-        "(the controller adds them in the user frame). User frame: type them in place of the frame's own."
-    )
-    print_findings(console, record["findings"], verbose=verbose)
+        "(the controller adds them in the user frame). User frame: type them in place of the frame's own.",
+        *finding_rows(record["findings"], verbose=verbose),
+    ]

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,7 +12,6 @@ from compgen.cli.options import options as opt
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import REPORT, check_folder, refusal
 from compgen.cli.output_files.publish import files_of_earlier_run, publish
-from compgen.cli.screen.messages import print_lines
 from compgen.core.commands import Command
 from compgen.core.exceptions import naming_file
 from compgen.core.units import KB
@@ -52,14 +50,14 @@ def pages(
     if parted.paged is None:
         line = f"{parted.name}: {_size_text(parted.size)}: the controller holds it in one file; nothing was written"
         record = {"command": Command.PAGES, "name": parted.name, "pages": []}
-        return Outcome(record=record, show=partial(print_lines, [line]))
+        return Outcome(record=record, lines=[line])
     opt.check_elsewhere(program, folder / f"{parted.paged.name}.LS", "the main program")
     _put(folder, parted.files, parted.manifest, Run(Command.PAGES, parted.paged.name))
     loads = f"{len(parted.paged.pages)} pages in {parted.paged.load_count} loads"
     lines = [f"{parted.name}: {_size_text(parted.size)}: {loads}, in {folder}", *_lines(parted.paged)]
     if parted.why_unknown:
         lines.append(f"warning: cgen resume cannot write these pages anew: {parted.why_unknown}")
-    return Outcome(record=parted.files[parted.manifest], show=partial(print_lines, lines))
+    return Outcome(record=parted.files[parted.manifest], lines=lines)
 
 
 def _put(folder: Path, files: dict[str, bytes], manifest: str, run: Run) -> None:

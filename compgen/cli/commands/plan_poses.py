@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +12,7 @@ from compgen.cli.options import options as opt
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import Headed, check_folder, check_unfilled
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import print_findings, stdout_console
+from compgen.cli.screen.messages import finding_rows, table_of
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.exceptions import InputError
@@ -133,7 +132,7 @@ def plan_poses(
     programs, tables = _files(planned, arm.robot, names, checked_date(date), wait)
     publish(folder, programs, tables, (f"{names[1]}.LS", REVERSALS), run=run)
     record = _record(planned, sorted([*programs, *tables]), [*arm.input_findings, *choice.input_findings()])
-    return Outcome(record=record, show=partial(_show, record, folder, verbose=screen.verbose))
+    return Outcome(record=record, shown=_shown(record, folder, verbose=screen.verbose))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -239,16 +238,15 @@ def _record(planned: PlannedPoses, files: list[str], findings: "Sequence[Finding
     }
 
 
-def _show(record: dict[str, Any], folder: Path, *, verbose: bool) -> None:
-    """Print how well each parameter will be known, findings, and the files."""
-    from rich.table import Table
-
-    console = stdout_console()
-    table = Table("parameter", "sigma before", "expected after", "known")
+def _shown(record: dict[str, Any], folder: Path, *, verbose: bool) -> list[object]:
+    """How well each parameter will be known, findings, and the files."""
+    rows = []
     for term in record["parameters"]:
         prior, sigma = term["prior_sigma"], term["expected_sigma"]
-        table.add_row(term["name"], f"{prior:.4g}", f"{sigma:.4g}", f"{100 * (1 - (sigma / prior) ** 2):.0f} %")
-    console.print(table)
-    print_findings(console, record["findings"], verbose=verbose)
+        rows.append([term["name"], f"{prior:.4g}", f"{sigma:.4g}", f"{100 * (1 - (sigma / prior) ** 2):.0f} %"])
     reversals = f", then reversal runs of {record['reversal_runs']} joints" if record["reversal_runs"] else ""
-    console.print(f"{record['poses']} poses{reversals}; wrote {', '.join(record['files'])} to {folder}")
+    return [
+        table_of(("parameter", "sigma before", "expected after", "known"), rows),
+        *finding_rows(record["findings"], verbose=verbose),
+        f"{record['poses']} poses{reversals}; wrote {', '.join(record['files'])} to {folder}",
+    ]

@@ -18,7 +18,7 @@ from compgen.cli.options.page_options import PageChoice, PageDate, page_place
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import IDENTIFIED_MOTION, Headed, check_folder
 from compgen.cli.output_files.publish import publish
-from compgen.cli.screen.messages import finding_lines, outside_words, print_lines
+from compgen.cli.screen.messages import finding_lines, outside_words
 from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
@@ -126,10 +126,9 @@ def executed(
     record, html = json_text(summary), executed_html(run, summary, logged.inputs(), place.options)
     files = {RECORD: record, PAGE: html, TABLE: executed_csv(run)}
     publish(folder, {}, place.files(files), run=own)
-    outside = outside_words(run.findings)
-    lines = [*_lines(summary), *finding_lines(summary["findings"], verbose=screen.verbose)]
-    show = partial(print_lines, [*lines, f"wrote {', '.join(files)} to {folder}"])
-    return Outcome(record=record, show=show, errors=[outside] if outside else [])
+    found = finding_lines(summary["findings"], verbose=screen.verbose)
+    lines = [*_lines(summary), *found, f"wrote {', '.join(files)} to {folder}"]
+    return Outcome(record=record, lines=lines, errors=[outside_words(run.findings)])
 
 
 def _lines(summary: dict[str, Any]) -> list[str]:
@@ -223,7 +222,7 @@ def _publish_motion(
     lines = [*motion_sentences(summary), *findings, words]
     refused = first_message(Level.REFUSED, identified.findings)
     errors = [f"refused: {refused}; {target.file.name} not written"] if refused else []
-    return Outcome(record=record, show=partial(print_lines, lines), errors=errors)
+    return Outcome(record=record, lines=lines, errors=errors)
 
 
 def plan_motion_log(
@@ -284,7 +283,7 @@ def plan_motion_log(
         "minutes": round(minutes, 1),
         "files": [file],
     }
-    return Outcome(record=record, show=partial(print_lines, _lines_of_plan(record, folder / file, robot)))
+    return Outcome(record=record, lines=_lines_of_plan(record, folder / file, robot))
 
 
 def _lines_of_plan(record: dict[str, Any], program: Path, robot: str) -> list[str]:

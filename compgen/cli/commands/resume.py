@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +15,7 @@ from compgen.cli.options.completion import complete_page_folders
 from compgen.cli.options.page_options import PageChoice, PagePlace, page_place
 from compgen.cli.output_files.marker import Run, command_in
 from compgen.cli.output_files.ownership import RESUME_FILES
-from compgen.cli.screen.messages import finding_lines, outside_words, print_table, sizes_table, stdout_console
+from compgen.cli.screen.messages import finding_lines, outside_words, sizes_table, titled
 from compgen.core import stages
 from compgen.core.commands import Command
 from compgen.core.dates import duration
@@ -158,30 +158,28 @@ def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: b
         if is_written or resumed.is_usable:
             ending = "written all the same" + ("" if resumed.is_usable else " (--force)")
         errors.append(f"{outside_words(resumed.findings)}; {ending}")
-    show = partial(_show, resumed, folder, is_written=is_written, verbose=verbose)
-    return Outcome(record=record_of(resumed), show=show, errors=errors)
+    shown = _shown(resumed, folder, is_written=is_written, verbose=verbose)
+    return Outcome(record=record_of(resumed), shown=shown, errors=errors)
 
 
-def _show(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> None:
-    """Print the pages, why, and what became of them."""
+def _shown(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> Iterator[object]:
+    """The pages, why, and what became of them."""
     from compgen.pipelines.resume.corrected_rest import words_of
     from compgen.pipelines.resume.result import Resumed
 
-    console = stdout_console()
     if isinstance(resumed, Resumed):
-        name, lines = resumed.planned.job.name, list(_words_of_job(resumed, verbose=verbose))
+        name, words = resumed.planned.job.name, _words_of_job(resumed, verbose=verbose)
     else:
-        name, lines = resumed.correction.name, [*words_of(resumed), *_words_of_band(resumed, verbose=verbose)]
-    print_table(console, f"{name} from page {resumed.from_page} on", pages_table(resumed.pages))
-    lines += finding_lines(resumed.findings, verbose=verbose)
+        name, words = resumed.correction.name, chain(words_of(resumed), _words_of_band(resumed, verbose=verbose))
+    yield from titled(f"{name} from page {resumed.from_page} on", pages_table(resumed.pages))
+    yield from words
+    yield from finding_lines(resumed.findings, verbose=verbose)
     if is_written:
         count = len(resumed.replaced)
         names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"
-        lines.append(f"wrote {names} anew, {resumed.written.manifest_file}, resume.html, resume.json in {folder}")
+        yield f"wrote {names} anew, {resumed.written.manifest_file}, resume.html, resume.json in {folder}"
     elif not resumed.replaced:
-        lines.append("nothing to do: the pages in the folder are these already")
-    for line in lines:
-        console.print(line)
+        yield "nothing to do: the pages in the folder are these already"
 
 
 def put_anew(place: PagePlace, resumed: "Resumed | ResumedProgram") -> None:
@@ -236,11 +234,14 @@ def checked_moment(date: str | None) -> str:
 
 def pages_table(pages: Sequence["PageResult"]) -> "Table":
     """Each page before and after."""
-    table = sizes_table("on the part, um", ("before", "after"))
-    for page in pages:
-        sides = (page.before, page.after)
-        table.add_row(page.file, *(f"{getattr(s, name) / UM:.2f}" for s in sides for name in ("max", "p99", "rms")))
-    return table
+    rows = (
+        [
+            page.file,
+            *(f"{getattr(side, k) / UM:.2f}" for side in (page.before, page.after) for k in ("max", "p99", "rms")),
+        ]
+        for page in pages
+    )
+    return sizes_table("on the part, um", ("before", "after"), rows)
 
 
 def _words_of_band(resumed: "ResumedProgram", *, verbose: bool) -> Iterator[str]:

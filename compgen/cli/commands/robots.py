@@ -1,6 +1,6 @@
 """Commands on a robot file: inspect-robot says what it holds, export-robot writes its arm for other software."""
 
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,7 +11,7 @@ from compgen.cli.options import options as opt
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import check_folder, check_own_file
 from compgen.cli.output_files.publish import publish, write_file
-from compgen.cli.screen.messages import print_findings, print_lines, print_record, stdout_console
+from compgen.cli.screen.messages import finding_rows, print_record, table_of
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
@@ -44,39 +44,33 @@ def inspect_robot(
     record = sheet_record(sheet)
     files = {RECORD: json_text(record), PICTURE: zero_svg(sheet).encode()}
     publish(folder, {}, files, run=run)
-    return Outcome(record=files[RECORD], show=partial(_show, record, folder, list(files), verbose=screen.verbose))
+    return Outcome(record=files[RECORD], shown=_shown(record, folder, list(files), verbose=screen.verbose))
 
 
-def _show(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bool) -> None:
-    """Print lengths, reach, limits, the table to compare, and the files."""
-    from rich.table import Table
-
+def _shown(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bool) -> Iterator[object]:
+    """Lengths, reach, limits, the table to compare, and the files."""
     from compgen.core.pose import POSE_KEYS
 
-    console = stdout_console()
     reach = record["wrist_reach_mm"]
-    console.print(f"{record['inspected_robot']} ({record['file']})")
-    console.print(
+    keys = ("lower_deg", "upper_deg", "speed_deg_s", "acceleration_deg_s2", "jerk_deg_s3")
+    joints = [[joint["name"], *(f"{joint[k]:g}" for k in keys)] for joint in record["joints"]]
+    poses = [
+        [" ".join(f"{v:g}" for v in pose["joints_deg"]), *(f"{pose[k]:.3f}" for k in POSE_KEYS), pose["config"]]
+        for pose in record["poses"]
+    ]
+    yield from (
+        f"{record['inspected_robot']} ({record['file']})",
         f"wrist centre: {reach['inward']:.0f} to {reach['outward']:.0f} mm before the J1 axis, {reach['low']:.0f} to "
-        f"{reach['high']:.0f} mm above World's origin; the pendant's J3 counts {record['pendant_J3']}"
+        f"{reach['high']:.0f} mm above World's origin; the pendant's J3 counts {record['pendant_J3']}",
+        f"programs: {record['programs']}",
+        table_of(("joint", "lower", "upper", "speed deg/s", "acceleration", "jerk"), joints),
+        "drive there with tool 0 and World, and compare the position screen:",
+        table_of(("J1 J2 J3 J4 J5 J6", *"XYZWPR", "CONFIG"), poses),
     )
-    console.print(f"programs: {record['programs']}")
-    table = Table("joint", "lower", "upper", "speed deg/s", "acceleration", "jerk")
-    for joint in record["joints"]:
-        numbers = [joint[k] for k in ("lower_deg", "upper_deg", "speed_deg_s", "acceleration_deg_s2", "jerk_deg_s3")]
-        table.add_row(joint["name"], *(f"{v:g}" for v in numbers))
-    console.print(table)
-    console.print("drive there with tool 0 and World, and compare the position screen:")
-    table = Table("J1 J2 J3 J4 J5 J6", *"XYZWPR", "CONFIG")
-    for pose in record["poses"]:
-        joints = " ".join(f"{v:g}" for v in pose["joints_deg"])
-        cells = [f"{pose[k]:.3f}" for k in POSE_KEYS]
-        table.add_row(joints, *cells, pose["config"])
-    console.print(table)
     if any(abs(abs(pose["p_deg"]) - 90) < 0.01 for pose in record["poses"]):
-        console.print("at P = 90 or -90 only the sum of W and R is fixed: the pendant may share it out otherwise")
-    print_findings(console, record["findings"], verbose=verbose)
-    console.print(f"wrote {', '.join(files)} to {folder}")
+        yield "at P = 90 or -90 only the sum of W and R is fixed: the pendant may share it out otherwise"
+    yield from finding_rows(record["findings"], verbose=verbose)
+    yield f"wrote {', '.join(files)} to {folder}"
 
 
 def export_robot(
@@ -111,4 +105,4 @@ def export_robot(
         print_record(record if screen.as_json else text)
         return Outcome()
     write_file(Path(output), text)
-    return Outcome(record=record, show=partial(print_lines, [*exported.words(), f"wrote {output}"]))
+    return Outcome(record=record, lines=[*exported.words(), f"wrote {output}"])

@@ -5,7 +5,6 @@ Plan-touches says which spheres to touch, and from where, to know best where a p
 
 import re
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +17,7 @@ from compgen.cli.options.page_options import PageChoice, PageDate, PagePlace, pa
 from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import check_folder, check_own_file, check_unfilled
 from compgen.cli.output_files.publish import check_names, publish
-from compgen.cli.screen.messages import finding_lines, print_findings, print_lines, stdout_console
+from compgen.cli.screen.messages import finding_lines, finding_rows, table_of
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.exceptions import InputError
@@ -105,11 +104,11 @@ def _publish(result: "Anchored", target: Path, place: PagePlace | None, *, verbo
     if result.verdict in ("cannot tell", "something moved"):
         ending = f"{target} written" if result.verdict in ACCEPTED else f"{target.name} not written"
         errors = [f"{result.findings[0].message}; {ending}"]
-    return Outcome(record=record, show=partial(_show, result, files, verbose=verbose), errors=errors)
+    return Outcome(record=record, lines=_lines_of(result, files, verbose=verbose), errors=errors)
 
 
-def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
-    """Print the verdict, the state, and what a user must know."""
+def _lines_of(result: "Anchored", files: list[str], *, verbose: bool) -> list[str]:
+    """The verdict, the state, and what a user must know."""
     from compgen.core.units import UM, limit_words
     from compgen.pipelines.anchor.verdict import known_words
 
@@ -123,17 +122,15 @@ def _show(result: "Anchored", files: list[str], *, verbose: bool) -> None:
     )
     known = known_words(before, after, base_moved=bool(result.judged[0].hypothesis.base))
     base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist(), strict=True))
-    print_lines(
-        [
-            f"{state.verdict}: {result.reason}",
-            *(line for line in (known,) if result.verdict != "anchored"),  # that is its reason
-            f"warmer than the reference by [K], +- at 95 %: {rises}",
-            f"base moved in World by {base} um",
-            f"the state holds for {limit_words(state.window)}, the robot standing",
-            *finding_lines(result.findings[1:], verbose=verbose),
-            *([f"wrote {', '.join(files)}"] if files else []),
-        ]
-    )
+    return [
+        f"{state.verdict}: {result.reason}",
+        *(line for line in (known,) if result.verdict != "anchored"),  # that is its reason
+        f"warmer than the reference by [K], +- at 95 %: {rises}",
+        f"base moved in World by {base} um",
+        f"the state holds for {limit_words(state.window)}, the robot standing",
+        *finding_lines(result.findings[1:], verbose=verbose),
+        *([f"wrote {', '.join(files)}"] if files else []),
+    ]
 
 
 def teach_frame(
@@ -171,7 +168,7 @@ def teach_frame(
     reports = {report.name: json_text(record)}
     publish(target.parent, {target.name: teaching.frame_text(taught).encode()}, reports)
     lines = [*_lines(record), *finding_lines(record["findings"], verbose=screen.verbose), f"wrote {target}, {report}"]
-    return Outcome(record=reports[report.name], show=partial(print_lines, lines))
+    return Outcome(record=reports[report.name], lines=lines)
 
 
 def _frame_files(output: str | None, default: Path) -> tuple[Path, Path]:
@@ -299,8 +296,8 @@ def plan_touches(
     reports = {PLAN_RECORD: json_text(record), PLAN_TABLE: touches_csv(planned, touches, stops=signal is None)}
     program = {f"{name}.LS": write_touches(planned, name, checked_date(date), choice.utool, signal)}
     publish(folder, program, reports, run=run)
-    show = partial(_show_plan, record, folder, [*program, *reports], verbose=screen.verbose)
-    return Outcome(record=reports[PLAN_RECORD], show=show)
+    shown = _plan_shown(record, folder, [*program, *reports], verbose=screen.verbose)
+    return Outcome(record=reports[PLAN_RECORD], shown=shown)
 
 
 def _condition(text: str) -> str:
@@ -310,25 +307,22 @@ def _condition(text: str) -> str:
     return plain
 
 
-def _show_plan(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bool) -> None:
-    """Print the touches, what each gains, and the files."""
-    from rich.table import Table
-
-    console = stdout_console()
-    table = Table("touch", "target", "probe moves along (World)", "leaves rms, um", "gain")
+def _plan_shown(record: dict[str, Any], folder: Path, files: list[str], *, verbose: bool) -> list[object]:
+    """The touches, what each gains, and the files."""
+    rows = []
     for n, touch in enumerate(record["touches"], 1):
         normal = touch["normal"]
         along = "to its centre" if normal is None else "  ".join(f"{round(v, 2) + 0.0:5.2f}" for v in normal)
-        table.add_row(str(n), touch["target"], along, f"{touch['rms_um']:.1f}", f"{100 * touch['gain']:.0f} %")
-    console.print(table)
+        rows.append([str(n), touch["target"], along, f"{touch['rms_um']:.1f}", f"{100 * touch['gain']:.0f} %"])
     before, after, n = record["before"], record["after"], record["planned_touches"]
     by_anchoring = record["by_anchoring_rms_um"]
     expected = "" if by_anchoring is None else f" (cgen anchor will leave {by_anchoring:.1f} um rms)"
     touches = counted(n, "touch", "touches")
-    console.print(
+    return [
+        table_of(("touch", "target", "probe moves along (World)", "leaves rms, um", "gain"), rows),
         f"what is not known of the path's place (standard deviation): {before['rms_um']:.1f} um rms, "
         f"{before['p99_um']:.1f} um p99; after {touches} {after['rms_um']:.1f} and {after['p99_um']:.1f} um"
-        f"{expected}; one more gains {100 * record['one_more']['gain']:.0f} %"
-    )
-    print_findings(console, record["findings"], verbose=verbose)
-    console.print(f"wrote {', '.join(files)} to {folder}")
+        f"{expected}; one more gains {100 * record['one_more']['gain']:.0f} %",
+        *finding_rows(record["findings"], verbose=verbose),
+        f"wrote {', '.join(files)} to {folder}",
+    ]

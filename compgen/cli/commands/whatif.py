@@ -4,7 +4,6 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,7 +18,7 @@ from compgen.cli.output_files.marker import Run
 from compgen.cli.output_files.ownership import check_folder
 from compgen.cli.output_files.publish import publish
 from compgen.cli.output_files.study_files import QUESTIONS, RECORD, own_files, study_folder
-from compgen.cli.screen.messages import finding_lines, print_lines
+from compgen.cli.screen.messages import finding_lines
 from compgen.core import interrupts
 from compgen.core.commands import Command
 from compgen.core.exceptions import CompgenError, InputError
@@ -154,7 +153,7 @@ def _publish(
         *(f"failed: scenario {row['index']}: {row['reason']}" for row in failed[:MOST_FAILED]),
         f"wrote {', '.join(sorted([*journal, *files]))} to {place.folder}",
     ]
-    return Outcome(record=files[RECORD], show=partial(print_lines, lines), errors=_reasons(rows, outcome.max_um))
+    return Outcome(record=files[RECORD], lines=lines, errors=_reasons(rows, outcome.max_um))
 
 
 def _reasons(rows: "list[Row]", max_um: float | None) -> list[str]:
@@ -288,4 +287,4 @@ def heat(
     lines.append(f"wrote {', '.join(sorted(files))} to {folder}")
     where = f" in run {int(day.residual.argmax()) + 1}"
     errors = opt.beyond_bound("one file is off by {}", float(day.residual.max()), max_um, where)
-    return Outcome(record=files[HEAT_RECORD], show=partial(print_lines, lines), errors=errors)
+    return Outcome(record=files[HEAT_RECORD], lines=lines, errors=errors)

@@ -1,8 +1,10 @@
 """What ``compare`` prints: what changed in the inputs, errors and times of both, positions, findings."""
 
+from collections.abc import Iterator
+
 from rich.table import Table
 
-from compgen.cli.screen.messages import print_table, stdout_console
+from compgen.cli.screen.messages import table_of, titled
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.report.compare_words import (
     MOST_ROWS,
@@ -19,58 +21,37 @@ from compgen.report.compare_words import (
 from compgen.report.key_words import ascii_units, unit_of
 
 
-def show_comparison(comparison: Comparison, files: str = "") -> None:
-    """Print a comparison; ``files`` says what was written where."""
-    console = stdout_console()
+def comparison_shown(comparison: Comparison, files: str = "") -> Iterator[object]:
+    """A comparison; ``files`` says what was written where."""
     for letter, output in (("A", comparison.a), ("B", comparison.b)):
-        console.print(f"{letter}: {output.subject} in {output.name}, cgen {output.kind}, compgen {output.version}")
-    for note in comparison.notes:
-        console.print(f"warning: {note}")
+        yield f"{letter}: {output.subject} in {output.name}, cgen {output.kind}, compgen {output.version}"
+    yield from (f"warning: {note}" for note in comparison.notes)
     if comparison.inputs:
-        print_table(console, "inputs that changed", _inputs(comparison.inputs[:MOST_ROWS]))
+        yield from titled("inputs that changed", _inputs(comparison.inputs[:MOST_ROWS]))
         if len(comparison.inputs) > MOST_ROWS:
-            console.print(f"and {len(comparison.inputs) - MOST_ROWS} more: --json has all")
+            yield f"and {len(comparison.inputs) - MOST_ROWS} more: --json has all"
     else:
-        console.print(NOT_KNOWN if comparison.inputs is None else "inputs: no key changed")
-    print_table(console, "error", _number_table(comparison.error))
-    print_table(console, "time and size", _number_table((*comparison.time, *comparison.program)))
-    console.print(f"no change: {SAME}")
+        yield NOT_KNOWN if comparison.inputs is None else "inputs: no key changed"
     findings = comparison.findings
-    for words, group in (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed)):
-        for level, code, message in group:
-            console.print(f"finding {words}: {level} {code}: {message}")
-    console.print(headline(comparison))
-    if files:
-        console.print(files)
+    groups = ("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed)
+    yield from (
+        *titled("error", _number_table(comparison.error)),
+        *titled("time and size", _number_table((*comparison.time, *comparison.program))),
+        f"no change: {SAME}",
+        *(f"finding {words}: {level} {code}: {message}" for words, group in groups for level, code, message in group),
+        headline(comparison),
+        *([files] if files else []),
+    )
 
 
 def _inputs(pairs: tuple[Pair, ...]) -> Table:
-    table = _table("key")
-    table.add_column("unit")
-    for pair in pairs:
-        table.add_row(pair.key, *map(ascii_units, input_cells(pair)), ascii_units(unit_of(pair.key)))
-    return table
+    rows = [(pair.key, *map(ascii_units, (*input_cells(pair), unit_of(pair.key)))) for pair in pairs]
+    return table_of(("key", "A", "B", "unit"), rows, slice(1, -1), names=True)
 
 
 def _number_table(pairs: tuple[Pair, ...]) -> Table:
-    table = _table("")
-    table.add_column("change", justify="right")
-    table.add_column("unit")
-    for pair in ranked(pairs):
-        row = (
-            label_of(pair.key),
-            cell(pair.a, pair.key),
-            cell(pair.b, pair.key),
-            change_of(pair),
-            printed_unit(pair.key),
-        )
-        table.add_row(*map(ascii_units, row))
-    return table
-
-
-def _table(first: str) -> Table:
-    table = Table()
-    table.add_column(first, no_wrap=True)
-    for letter in ("A", "B"):
-        table.add_column(letter, justify="right")
-    return table
+    rows = [
+        (label_of(p.key), cell(p.a, p.key), cell(p.b, p.key), change_of(p), printed_unit(p.key)) for p in ranked(pairs)
+    ]
+    head = ("", "A", "B", "change", "unit")
+    return table_of(head, (map(ascii_units, row) for row in rows), slice(1, -1), names=True)

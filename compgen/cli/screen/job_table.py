@@ -1,7 +1,7 @@
-"""The table that a job prints at its end."""
+"""What a reader sees of a job at its end, or of several."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from compgen.cli.screen.ci_reports import JudgedPath
-from compgen.cli.screen.messages import print_findings, print_table, sizes_table, stdout_console
+from compgen.cli.screen.messages import finding_rows, sizes_table, table_of, titled
 from compgen.core.exit_codes import ExitCode
 from compgen.core.finding_codes import Code
 from compgen.core.units import counted
@@ -30,81 +30,83 @@ STARTS = "one file for many starts, largest error on the part, um"
 MOST_LISTED = 4  # numbered files of one name; of more, only the first and the last are
 
 
-def show_job(
+def job_shown(
     planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str], *, verbose: bool
-) -> None:
-    """Print the errors, then in four sentences: before and after, what is not known, what to read, what was written."""
+) -> Iterator[object]:
+    """The errors, then in four sentences: before and after, what is not known, what to read, what was written."""
     summary = job_summary(planned, corrected)
-    console = stdout_console()
-    console.print(Text(" ".join((planned.job.title or planned.job.name).split()), style="bold"))
+    yield Text(" ".join((planned.job.title or planned.job.name).split()), style="bold")
     if is_corrected(summary) or corrected is None or verbose:
-        console.print(_errors_table(summary))
+        yield _errors_table(summary)
     if summary.get("guaranteed"):
-        console.print(guaranteed_text(summary["guaranteed"]))
+        yield guaranteed_text(summary["guaranteed"])
     path, time, heat = summary["path"], summary["timing"], summary["thermal"]
-    console.print(
+    yield (
         f"{path['waypoints']} waypoints, {path['length_m']:.2f} m, {time['duration_s']:.1f} s, "
         f"{100 * time['at_feed']:.1f} % of the length at feed, {counted(path['stops'], 'stop', 'stops')}"
     )
     if verbose:
         rises = ", ".join(f"{n} {heat['start_K'][n]:.2f} to {heat['end_K'][n]:.2f}" for n in heat["start_K"])
-        console.print(f"rise [K]{' mean over the starts' if 'average_over' in summary else ''}: {rises}")
+        yield f"rise [K]{' mean over the starts' if 'average_over' in summary else ''}: {rises}"
     if corrected and corrected.averaged is not None:
-        print_table(console, STARTS, _starts_table(summary["average_over"]))
-    console.print(f"{before_and_after(summary)}{gain_words(summary)}")
-    console.print(not_known_words(summary["band"], verbose=verbose))
-    print_findings(console, summary["findings"], verbose=verbose)
+        yield from titled(STARTS, _starts_table(summary["average_over"]))
     robot_file = summary["provenance"]["robot_file"]
-    console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}")
-    if folder is not None:
-        console.print(f"wrote {name_list(files)} to {folder}")
+    yield from (
+        f"{before_and_after(summary)}{gain_words(summary)}",
+        not_known_words(summary["band"], verbose=verbose),
+        *finding_rows(summary["findings"], verbose=verbose),
+        f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}",
+        *(() if folder is None else (f"wrote {name_list(files)} to {folder}",)),
+    )
 
 
 def _errors_table(summary: dict[str, Any]) -> Table:
     """The error by its parts, and its bounds."""
-    table = sizes_table("whole program", ["before", "after"] if summary["after"] else ["predicted"], "bound")
-    for row, label, key in ROWS:
-        cells = [f"{v:.2f}" for side in ("before", "after") if summary[side] for v in summary[side][row].values()]
-        bound = summary["bounds"].get(key)
-        table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
-    return table
+    sides = [side for side in ("before", "after") if summary[side]]
+    rows = [
+        [label, *(f"{v:.2f}" for side in sides for v in summary[side][row].values()), _bound(summary, key)]
+        for row, label, key in ROWS
+    ]
+    return sizes_table("whole program", sides if summary["after"] else ["predicted"], rows, "bound")
 
 
-def show_outcomes(outcomes: Sequence[JudgedPath]) -> None:
-    """Print what became of each of several paths, what a project's file gave them, and how many are inside."""
-    console = stdout_console()
-    table = Table("path", "outcome", "before max, um", "after max, um", "bound, um", "s")
-    for column in table.columns[2:]:
-        column.justify = "right"
+def _bound(report: dict[str, Any], key: str) -> str:
+    bound = report["bounds"].get(key)
+    return "" if bound is None else f"{bound:g}"
+
+
+def outcomes_shown(outcomes: Sequence[JudgedPath]) -> list[object]:
+    """What became of each of several paths, what a project's file gave them, and how many are inside."""
+    rows = []
     for outcome in outcomes:
         report = outcome.summary
         kind = "" if outcome.code is None else ExitCode(outcome.code).kind
-        words = kind if report is None else report["verdict"]
-        sizes = ["", "", ""]
-        if report is not None:
-            bound = report["bounds"].get("max_um")
-            sizes = [f"{report[side]['total']['max_um']:.2f}" for side in ("before", "after")]
-            sizes.append("" if bound is None else f"{bound:g}")
-        table.add_row(Text(outcome.path), words, *sizes, f"{outcome.seconds:.1f}")
-    console.print(table)
+        words, sizes = (kind, ["", "", ""]) if report is None else (report["verdict"], _largest(report))
+        rows.append([Text(outcome.path), words, *sizes, f"{outcome.seconds:.1f}"])
+    head = ("path", "outcome", "before max, um", "after max, um", "bound, um", "s")
     findings = [finding for outcome in outcomes for finding in (outcome.summary or {}).get("findings", ())]
     of_project = {finding["message"]: finding for finding in findings if finding["code"] == Code.PROJECT_FILE}
-    print_findings(console, of_project.values(), verbose=False)
     inside = sum(outcome.code == 0 for outcome in outcomes)
-    console.print(f"{inside} of {len(outcomes)} paths inside their bounds")
+    return [
+        table_of(head, rows, slice(2, None)),
+        *finding_rows(of_project.values(), verbose=False),
+        f"{inside} of {len(outcomes)} paths inside their bounds",
+    ]
+
+
+def _largest(report: dict[str, Any]) -> list[str]:
+    """The largest error before and after, and its bound."""
+    return [*(f"{report[side]['total']['max_um']:.2f}" for side in ("before", "after")), _bound(report, "max_um")]
 
 
 def _starts_table(average: dict[str, Any]) -> Table:
     """What one file leaves at each start that was flown, and what one made anew for it would."""
-    table = Table()
-    for column in ("start", "this file", "p99", "rms", "made anew"):
-        table.add_column(column, justify="left" if column == "start" else "right")
-    table.add_row("mean of the rises", *(f"{average['at_mean'][key]:.2f}" for key in _SIZES), "")
+    rows = [["mean of the rises", *(f"{average['at_mean'][key]:.2f}" for key in _SIZES), ""]]
     for one in average["flown"]:
         words = f"run {one['run']}, {one['delay_s']:.0f} s late, {one['override_percent']:.4g} %"
         anew = one["remade_max_um"]
-        table.add_row(words, *(f"{one[key]:.2f}" for key in _SIZES), "none is legal" if anew is None else f"{anew:.2f}")
-    return table
+        rows.append([words, *(f"{one[k]:.2f}" for k in _SIZES), "none is legal" if anew is None else f"{anew:.2f}"])
+    return table_of(("start", "this file", "p99", "rms", "made anew"), rows, slice(1, None))
 
 
 def name_list(files: Iterable[str]) -> str:

@@ -1,6 +1,7 @@
 """What a command says: one-line messages on the error stream; on the output its record, or tables and sentences.
 
-These are as wide as the terminal; into a pipe or a file nothing is wrapped.
+Of what is seen a command says lines and tables, which are printed here alone: as wide as the terminal; into a pipe or a
+file nothing is wrapped.
 """
 
 import json
@@ -17,8 +18,8 @@ from compgen.core.findings import Finding, first_message, in_reading_order, is_f
 from compgen.core.json_text import json_text
 
 if TYPE_CHECKING:
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
 UNWRAPPED = 100_000  # columns
 MOST_UNSAFE = 40  # statements that are printed; a long program may have thousands
@@ -79,14 +80,18 @@ def print_note_once(note: str) -> None:
         sys.stderr.write(f"{one_line(f'cgen: note: {note}')}\n")
 
 
-def stdout_console() -> "Console":
-    """Of the output stream, without markup or colours of its own in texts."""
+def print_shown(shown: Iterable[object]) -> None:
+    """Print sentences and tables, as wide as the terminal; without markup or colours of their own in texts."""
+    if not shown:
+        return
     from rich.console import Console
 
     terminal = sys.stdout.isatty()
-    return Console(  # whatever FORCE_COLOR says
+    console = Console(  # whatever FORCE_COLOR says
         width=None if terminal else UNWRAPPED, highlight=False, markup=False, force_terminal=terminal
     )
+    for item in shown:
+        console.print(item)
 
 
 def finding_lines(findings: Iterable[Finding | Mapping[str, str]], *, verbose: bool) -> list[str]:
@@ -111,36 +116,41 @@ def print_lines(lines: Iterable[str]) -> None:
     sys.stdout.write("".join(f"{line}\n" for line in lines))
 
 
-def print_findings(console: "Console", records: Iterable[Mapping[str, str]], *, verbose: bool) -> None:
-    """Print findings, a line each, but for the one that stands above them in words: that nothing was corrected."""
-    for line in finding_lines((r for r in records if r["code"] != Code.CORRECTION_NONE), verbose=verbose):
-        console.print(line)
+def finding_rows(records: Iterable[Mapping[str, str]], *, verbose: bool) -> list[str]:
+    """Findings, a line each, but for the one that stands above them in words: that nothing was corrected."""
+    return finding_lines((r for r in records if r["code"] != Code.CORRECTION_NONE), verbose=verbose)
 
 
-def print_unsafe(console: "Console", statements: Sequence[Mapping[str, object]], most: int, where: str) -> None:
-    """Print the first statements that make a correction unsafe, and where all are named, as "in report.json"."""
-    for statement in statements[:most]:
-        console.print(f"  line {statement['line']}: {statement['text']}: {statement['reason']}")
-    if len(statements) > most:
-        console.print(f"  and {len(statements) - most} more, all {where}")
+def unsafe_lines(statements: Sequence[Mapping[str, object]], most: int, where: str) -> list[str]:
+    """The first statements that make a correction unsafe, and where all are named, as "in report.json"."""
+    lines = [f"  line {s['line']}: {s['text']}: {s['reason']}" for s in statements[:most]]
+    return [*lines, *([f"  and {len(statements) - most} more, all {where}"] if len(statements) > most else [])]
 
 
-def print_table(console: "Console", title: str, table: "Table") -> None:
-    """Print a table under its title, which may be wider: rich would wrap a title of the table's own, and fill it up."""
+def titled(title: str, table: "Table") -> "tuple[Text, Table]":
+    """A table under its title, which may be wider: rich would wrap a title of the table's own, and fill it up."""
     from rich.text import Text
 
-    console.print(Text(" ".join(title.split()), style="bold"))
-    console.print(table)
+    return Text(" ".join(title.split()), style="bold"), table
 
 
-def sizes_table(first: str, sides: Iterable[str], *more: str) -> "Table":
-    """A table whose columns are largest, 99th percentile and rms of each side of an error, and more to their right."""
+def table_of(
+    head: Iterable[str], rows: Iterable[Iterable["str | Text"]], numbers: slice = slice(0), *, names: bool = False
+) -> "Table":
+    """A table, some of its columns numbers, at the right; the first one may be names, which are not wrapped."""
     from rich.table import Table
 
+    table = Table(*head)
+    for column in table.columns[numbers]:
+        column.justify = "right"
+    table.columns[0].no_wrap = names
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def sizes_table(first: str, sides: Iterable[str], rows: Iterable[Iterable[str]], *more: str) -> "Table":
+    """A table whose columns are largest, 99th percentile and rms of each side of an error, and more to their right."""
     from compgen.report.page import statistics_head
 
-    table = Table()
-    table.add_column(first, no_wrap=True)
-    for name in (*statistics_head(sides), *more):
-        table.add_column(name, justify="right")
-    return table
+    return table_of([first, *statistics_head(sides), *more], rows, slice(1, None), names=True)
