@@ -1,15 +1,28 @@
-"""The kinds of rows of a long table, by hashes: quicker than sorting where there are few kinds."""
+"""The kinds of rows of a long table, by hashes: quicker than sorting where there are few kinds.
+
+And values by their keys, for a few of Python's own.
+"""
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compgen.core.arrays import IntArray
 
+K = TypeVar("K")
+V = TypeVar("V")
 _MULTIPLIER, _SHIFT = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)  # the golden ratio's bits
 _FEW_KINDS = 16  # kinds of rows that are picked out one after the other
+
+
+def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
+    """The values of each key, keys and values in the order in which they come."""
+    groups: dict[K, list[V]] = {}
+    for key, value in pairs:
+        groups.setdefault(key, []).append(value)
+    return groups
 
 
 def unique_rows(rows: NDArray[Any]) -> tuple[IntArray, IntArray]:

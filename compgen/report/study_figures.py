@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.unique_rows import grouped
 from compgen.pipelines.study import Row, Study
 from compgen.report.curves import curves_in_words, rounded_number
 from compgen.report.figure import (
@@ -89,10 +90,7 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
 
 def _rows_by(grid: Grid, other: str | None) -> dict[Value, list[Row]]:
     """The rows of each value of a key; all together where there is none."""
-    groups: dict[Value, list[Row]] = {}
-    for row in grid.done:
-        groups.setdefault("" if other is None else grid.value(row, other), []).append(row)
-    return groups
+    return grouped(("" if other is None else grid.value(row, other), row) for row in grid.done)
 
 
 def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None) -> tuple[Figure, str]:

@@ -11,6 +11,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from compgen.core.unique_rows import grouped
 from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.study import Row, Study
@@ -118,9 +119,7 @@ def _scenarios(study: Study, grid: Grid, rows: list[Row]) -> dict[str, Any]:
     """Every scenario in words: those with an error, the others by their reasons, and what the columns are called."""
     hidden = ("state", "reason", *(name for row in rows for name in row if name.startswith("start_")))
     names = [n for n in column_names(study, grid.done) if n not in hidden or n == "start_window_s"]
-    reasons: dict[str, list[str]] = {}
-    for row in grid.failed:
-        reasons.setdefault(str(row["reason"]), []).append(str(row["index"]))
+    reasons = grouped((str(row["reason"]), str(row["index"])) for row in grid.failed)
     legend = [(name, title_of(name)) for name in names]
     return {"failed": reasons, "legend": legend, "ranked": _ranked(grid, names) if grid.done else None}
 

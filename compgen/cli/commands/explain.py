@@ -17,6 +17,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
 from compgen.core.findings import printable
 from compgen.core.json_text import read_record
+from compgen.core.unique_rows import grouped
 
 #: what the rooms of the package find, as a user names it
 ROOMS = {
@@ -76,11 +77,12 @@ def _codes(word: str) -> list[Code]:
 def _of_report(place: str) -> dict[Code, list[str]]:
     """The codes that a report has, each with its messages."""
     file = Path(place, REPORT) if os.path.isdir(place) else Path(place)
-    messages_of: dict[Code, list[str]] = {}
     findings = read_record(file).get("findings")
-    for finding in findings if isinstance(findings, list) else ():
-        if isinstance(finding, dict) and {"level", "message"} < finding.keys() and finding.get("code") in list(Code):
-            messages_of.setdefault(Code(finding["code"]), []).append(f"{finding['level']}: {finding['message']}")
+    messages_of = grouped(
+        (Code(finding["code"]), f"{finding['level']}: {finding['message']}")
+        for finding in (findings if isinstance(findings, list) else ())
+        if isinstance(finding, dict) and {"level", "message"} < finding.keys() and finding.get("code") in list(Code)
+    )
     if not messages_of:
         why = "it has no findings" if file.is_file() else "no such file"
         raise InputError(f"{file}: {why}; give a {REPORT}, its folder, or a code")

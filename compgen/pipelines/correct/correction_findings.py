@@ -7,6 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
+from compgen.core.unique_rows import grouped
 from compgen.core.units import DEG, KB, MM, UM, counted
 from compgen.error_model.beyond_measured import DrivenPoses, joint_box_findings, map_findings, unknown_start_findings
 from compgen.error_model.direction_memory import reversal_widths
@@ -193,12 +194,12 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
         message = f"called programs not beside it are taken to write no user frame and no tool: {_first_of(missing)}"
         message += "; put their .LS there, or make sure that none does"
         yield Finding.of(Code.PROGRAM_CALLED, message)
-    for reason, stations in job_findings.numbers_by_words(result.plan.stations.held).items():
+    for reason, stations in grouped((reason, station) for station, reason in result.plan.stations.held).items():
         at = np.isin(result.execution.station, stations) & (result.execution.fraction == 1)
         left = result.residual.distance[at].max(initial=0.0) / UM
         message = f"{_lines_at(result, stations)} left as it is, up to {left:.0f} um off: {reason}"
         yield Finding.of(Code.CORRECTION_HELD, message)
-    for limit, stations in job_findings.numbers_by_words(result.plan.stations.limited).items():
+    for limit, stations in grouped((limit, station) for station, limit in result.plan.stations.limited).items():
         yield Finding.of(Code.CORRECTION_LIMITED, f"{limit} binds at {_lines_at(result, stations)}")
 
 

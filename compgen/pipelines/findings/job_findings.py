@@ -4,7 +4,7 @@ What is not sure of arcs, what a text comes to on a controller that takes whole 
 and how far the flown tool is from the user's own file as the judge reads it, with whether that is explained.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -15,6 +15,7 @@ from compgen.core.exceptions import ImpossibleError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.rotations import interpolate_rotation, rotation_vector
+from compgen.core.unique_rows import grouped
 from compgen.core.units import MDEG, MM, MS, UM
 from compgen.error_model.source import RiseDependent
 from compgen.error_model.unmeasured import OF_WARMTH
@@ -56,7 +57,7 @@ def limited(solution: Solution) -> Iterator[Finding]:
     """Limits that hold waypoints off their targets."""
     if solution.status is not Status.LIMITED:
         return
-    kinds = numbers_by_words(solution.active_limits)
+    kinds = grouped((limit, number) for number, limit in solution.active_limits)
     off = row_norms(solution.residual[:, :3])
     worst = int(np.argmax(off))
     text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
@@ -66,14 +67,6 @@ def limited(solution: Solution) -> Iterator[Finding]:
     message = f"{text}; {farthest}" if text else farthest
     message += f"; raise {keys} to let the correction go farther" if keys else ""
     yield Finding.of(Code.COMPENSATION_LIMITED, message)
-
-
-def numbers_by_words(pairs: Iterable[tuple[int, str]]) -> dict[str, list[int]]:
-    """The numbers for which the same is said, by what is said of them."""
-    numbers: dict[str, list[int]] = {}
-    for number, words in pairs:
-        numbers.setdefault(words, []).append(number)
-    return numbers
 
 
 def nothing_to_correct(cell: Cell) -> list[Finding]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,7 +24,6 @@ from compgen.pipelines.planned import generate, motion_predistortion
 from compgen.pipelines.planned.assumed_ramps import ramp_findings
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import in_world
-from compgen.pipelines.uncertainty.band_columns import DrivenProgram
 from compgen.pipelines.uncertainty.draws import FlownDraws, fly_draws
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
@@ -86,8 +86,8 @@ def fly_written(
     starts = [Start()] if job.ensemble is None else starts_to_fly(job.ensemble)
     flights = ((start, deviation_of(path, at_start(job, prepared, start))) for start in starts)  # one kept at a time
     worst, deviation = max(flights, key=lambda flight: flight[1].on_part["total"].max)
-    draws = _draws(planned, path, rows, prepared, deviation, progress)
     named = planned.at(rows, path)
+    draws = _draws(planned, named, prepared, deviation, progress)
     touching = generate.moves_otherwise(named, len(planned.path.arc))
     written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
     findings = [*judge(deviation, job.bounds), *own_file_findings(job, path, deviation)]
@@ -118,23 +118,22 @@ def _robot_findings(job: Job, program: Program) -> Iterator[Finding]:
 
 
 def _draws(
-    planned: Planned,
-    path: ToolPath,
-    rows: IntArray,
-    prepared: PreparedProgram,
-    deviation: Deviation,
-    progress: Progress,
+    planned: Planned, named: Planned, prepared: PreparedProgram, deviation: Deviation, progress: Progress
 ) -> FlownDraws | None:
-    """The text flown on arms and days that the files leave open; it may start as late as one that is made now."""
-    job = planned.job
-    if job.bounds.guaranteed is None:
+    """The text flown on arms and days that the files leave open; it may start as late as one that is made now.
+
+    Args:
+        planned: The job's plan.
+        named: The same at the positions of the text.
+        prepared: The text.
+        deviation: Of it, on the arm that the files describe.
+        progress: Called with the stage and the share done.
+    """
+    if planned.job.bounds.guaranteed is None:
         return None
-    late = generate.late_start(job, generate.start_window(planned, planned.theta))
-    time, motion = planned.trajectory.time[rows], planned.motion.at(rows)
-    driven = DrivenProgram(
-        job=job, model=planned.model, path=path, theta=prepared.theta, time=time, rise=planned.rise[rows], motion=motion
-    )
-    return fly_draws(driven, prepared, deviation, late, lambda share: progress(stages.DRAWS, share))
+    late = generate.late_start(planned.job, generate.start_window(planned, planned.theta))
+    driven = named.driven(prepared.theta, named.motion)
+    return fly_draws(driven, prepared, deviation, late, partial(progress, stages.DRAWS))
 
 
 def _positions_of(job: Job, path: ToolPath, program: Program) -> tuple[IntArray, ToolPath]:

@@ -41,15 +41,15 @@ class Look:
     """A running job at the last reading."""
 
     time: float  # [s] on the log's clock
-    running: int  # page; 0: the robot stands
-    share: float  # of its motion that is done
+    running: int = 0  # page; 0: the robot stands
+    share: float = 0.0  # of its motion that is done
     rise: Array  # (K,) [K]
     sigma: Array  # (K,) [K]
     missed: Array  # (K,) [K] of that, beside the model's forecast
-    forecasts: tuple[Forecast, ...]  # of the running page and the next, or of the next
-    due: int  # the page that leaves the bound and may be written anew; 0: none
-    beginning: Begun | None  # of that page
-    over: bool  # the last page has ended
+    forecasts: tuple[Forecast, ...] = ()  # of the running page and the next, or of the next
+    due: int = 0  # the page that leaves the bound and may be written anew; 0: none
+    beginning: Begun | None = None  # of that page
+    over: bool = False  # the last page has ended
     loaded: int  # the last page that the controller has
     notes: tuple[str, ...]
     doubt: str = ""  # what contradicts the log, so that no page is written
@@ -84,7 +84,8 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
     if now < times.planned:
         return None
     if clock := _clock_doubt(times, now):
-        return _look_without(run, now, loaded, _notes(log), clock)
+        none = np.zeros(len(run.heat.names))
+        return Look(time=now, rise=none, sigma=none, missed=none, loaded=loaded, notes=_notes(log), doubt=clock)
     if anchored is not None and not times.planned <= anchored.time <= now:
         anchored = None
     sensed = _sense(run, log.readings, rises, times, anchored)
@@ -126,26 +127,6 @@ def _loaded_by_now(run: PagedRun, times: PageTimes, now: float, lead: float) -> 
     page, elapsed = times.running(now)
     is_soon = bool(page) and page < len(run.written.pages) and times.duration[page - 1] - elapsed <= lead
     return max(have, page + 1) if is_soon else have
-
-
-def _look_without(run: PagedRun, now: float, loaded: int, notes: tuple[str, ...], doubt: str) -> Look:
-    """A look at a log that says nothing of this job: no page is forecast."""
-    none = np.zeros(len(run.heat.names))
-    return Look(
-        time=now,
-        running=0,
-        share=0.0,
-        rise=none,
-        sigma=none,
-        missed=none,
-        forecasts=(),
-        due=0,
-        beginning=None,
-        over=False,
-        loaded=loaded,
-        notes=notes,
-        doubt=doubt,
-    )
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

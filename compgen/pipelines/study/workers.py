@@ -19,6 +19,7 @@ from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.finding_codes import Level
 from compgen.core.findings import first_message
+from compgen.core.unique_rows import grouped
 from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
@@ -142,10 +143,7 @@ def run(
 
 def _chunks(todo: Sequence[Scenario]) -> Iterator[list[Scenario]]:
     """Scenarios of one geometry together, a few at a time, in the order of the study."""
-    groups: dict[tuple[tuple[str, str], ...], list[Scenario]] = {}
-    for scenario in todo:
-        groups.setdefault(geometry_key(scenario), []).append(scenario)
-    for group in groups.values():
+    for group in grouped((geometry_key(scenario), scenario) for scenario in todo).values():
         for k in range(0, len(group), CHUNK):
             yield group[k : k + CHUNK]
 

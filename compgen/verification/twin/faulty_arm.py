@@ -24,6 +24,7 @@ from compgen.core.exceptions import CompgenError
 from compgen.core.exit_codes import ExitCode
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
+from compgen.core.unique_rows import grouped
 from compgen.robot.robot import STANDING, Robot
 from compgen.verification.twin.direction_history import DirectionHistory, joint_side, travel_direction
 from compgen.verification.twin.faults import Faults, ThermalDistortion
@@ -250,11 +251,7 @@ def build_faulty_arm(robot: Robot, faults: Faults) -> FaultyArm:
 
 def _of_one_place(distortions: Sequence[ThermalDistortion], row: int) -> list[list[ThermalDistortion]]:
     """Distortions of the frame behind a row; those about one axis with one lever add up to one turn."""
-    places: dict[tuple[bytes, bytes], list[ThermalDistortion]] = {}
-    for distortion in distortions:
-        if distortion.row == row:
-            places.setdefault((distortion.axis.tobytes(), distortion.lever.tobytes()), []).append(distortion)
-    return list(places.values())
+    return list(grouped(((d.axis.tobytes(), d.lever.tobytes()), d) for d in distortions if d.row == row).values())
 
 
 def _rows(placement: Pose, rows: Any) -> Pose:
