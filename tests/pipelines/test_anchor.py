@@ -256,7 +256,7 @@ def test_directions_where_centres_were_located_and_none_where_they_were_not_are_
     down = replace(located.touches, normal=np.tile([0.0, 0.0, -1.0], (8, 1)))
     with pytest.raises(InputError, match="one with a direction stands 18 mm off, by both diameters: remove nx, ny, nz"):
         anchored(replace(located, touches=down))
-    with pytest.raises(InputError, match=r"touched 18 mm from where sphere '.' is; as one from one side does: give its"):
+    with pytest.raises(InputError, match=r"touched 18 mm from where sphere '.' is; as one from one side does: give"):
         anchored(replace(sided, touches=_centres(sided.touches)))
 
 
