@@ -140,6 +140,22 @@ def table(head: list[str], rows: list[list]) -> str:
 # figures 64 to 66
 
 
+def rise_along(job, length: str, x: np.ndarray) -> np.ndarray:
+    """Rise along a link at distances from its base end [m], at the start of a path after the reference duty [K]."""
+    if job.heat.kind == "network":
+        bodies = [body.name for body in job.heat.bodies]
+        inside = job.heat.volumes.part == 2 * bodies.index(length)
+        return np.interp(x, job.heat.volumes.place[inside], (job.heat.to_volumes @ job.state())[inside])
+    rise = dict(zip(job.heat.names, job.state(), strict=True))
+    sections = next(profile.sections for profile in job.cell.profiles if profile.length == length)
+    along = np.empty(len(x))
+    for s in sections:
+        inside, a, b = x >= s.start, rise[s.node_a], rise[s.node_b]
+        u = (x[inside] - s.start) / (s.end - s.start)
+        along[inside] = a + (b - a) * u if s.shape == "linear" else a * (b / a) ** u
+    return along
+
+
 def profiles() -> str:
     """Figures 64 to 66."""
     jobs = {"nodes": job_of("circle_1300"), "network": job_of("circle_1300", NETWORK)}
@@ -152,7 +168,7 @@ def profiles() -> str:
     for length, points in quoted.items():
         end = points[-1][0]
         x = np.linspace(0, end, 600)
-        along = {m: job.heat.rise_along(length, job.state(), x * MM) for m, job in jobs.items()}
+        along = {m: rise_along(job, length, x * MM) for m, job in jobs.items()}
         plot(
             f"validation_{length}.svg", f"Figure {names[length]}: rise after 6 h at 200 mm/s",
             [(x, along[m], m, TINTS[m], "") for m in along], [(p[0], p[1]) for p in points],

@@ -74,9 +74,6 @@ class ThermalModel(Protocol):
     def mean_losses(self, motion: Callable[[], JointMotion]) -> MeanLosses:
         """Heat of the drives over a program, whose motion is asked for only where the model needs it."""
 
-    def rise_along(self, length: str, state: Array, x: Array) -> Array:
-        """Rise along a link ("a2", "d4", ...) at distances x (M,) [m] from its base end, (M,) [K]."""
-
 
 class ArmHeat(ThermalModel, Protocol):
     """The thermal model of a robot file, which may begin anywhere and explain a log."""

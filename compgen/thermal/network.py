@@ -143,15 +143,6 @@ class NetworkModel:
         losses, heated = moving_losses(self.robot, self.drives, motion), self.volumes.power.any(axis=1)
         return np.asarray(losses @ self.volumes.power[heated].T @ (self.to_volumes[heated] / self.rate))
 
-    def rise_along(self, length: str, state: Array, x: Array) -> Array:
-        """Rise along a body, from volume to volume, (M,) [m] to (M,) [K]; zero where the network has none."""
-        rise = self.to_volumes @ state
-        for k, body in enumerate(self.bodies):
-            if body.name == length:
-                inside = self.volumes.part == 2 * k
-                return np.asarray(np.interp(x, self.volumes.place[inside], rise[inside]))
-        return np.zeros(len(x))
-
     @property
     def kind(self) -> Literal["network"]:
         """What a robot file calls it."""

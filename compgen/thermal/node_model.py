@@ -20,7 +20,6 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.units import HOUR
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
-from compgen.thermal.profiles import Profile, profile_rise
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -53,7 +52,6 @@ class NodeModel:
     reference_feed: float  # [m/s]
     reference_time: float  # [s]
     box: MeasuredBox
-    profiles: tuple[Profile, ...] = ()
     start: Array | None = None  # (K,) [K] what a log ends with; None: cold
 
     @property
@@ -116,17 +114,6 @@ class NodeModel:
     def state_gain(self, which: IntArray) -> Array:
         """A state is its rises, (K, P)."""
         return np.eye(len(self.tau))[:, which]
-
-    def rise_along(self, length: str, state: Array, x: Array) -> Array:
-        """Rise along a link by its profile, (M,) [m] to (M,) [K]; zero where the link has none."""
-        rise = np.zeros(len(x))
-        reference = dict(zip(self.names, self.reference_rise.tolist(), strict=True))
-        for profile in self.profiles:
-            if profile.length == length:
-                rise = profile_rise(
-                    profile, reference, dict(zip(self.names, np.asarray(state).tolist(), strict=True)), x
-                )
-        return rise
 
 
 def cold_arm() -> NodeModel:

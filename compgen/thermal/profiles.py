@@ -62,18 +62,3 @@ def growth_weights(profile: Profile, reference_rise: Mapping[str, float], nodes:
         weights[nodes.index(s.node_a)] += profile.cte * (s.end - s.start) * share
         weights[nodes.index(s.node_b)] += profile.cte * (s.end - s.start) * (1 - share)
     return weights
-
-
-def profile_rise(profile: Profile, reference: Mapping[str, float], rise: Mapping[str, float], x: Array) -> Array:
-    """Rise at distances x (M,) [m] from a link's base end, held beyond its ends, (M,) [K]."""
-    out = np.empty(len(x))
-    for k, s in enumerate(profile.sections):
-        inside = (x >= s.start) if k else np.ones(len(x), dtype=bool)
-        u = np.clip((x[inside] - s.start) / (s.end - s.start), 0, 1)
-        ra, rb = reference[s.node_a], reference[s.node_b]
-        if s.shape == "linear" or abs(ra - rb) < 1e-9 * max(abs(ra), abs(rb)):
-            share = 1 - u
-        else:
-            share = (ra * (rb / ra) ** u - rb) / (ra - rb)
-        out[inside] = rise[s.node_b] + (rise[s.node_a] - rise[s.node_b]) * share
-    return out

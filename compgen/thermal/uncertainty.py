@@ -161,10 +161,6 @@ class DisturbedHeat:
         """Heat of the drives over a program."""
         return self.base.mean_losses(motion)
 
-    def rise_along(self, length: str, state: Array, x: Array) -> Array:
-        """Rise along a link without what is missed, (M,) [K]."""
-        return self.base.rise_along(length, state[: len(self.base.rate)], x)
-
     @property
     def _goal(self) -> Array:
         return steady_miss(self.uncertainty, self.change.rise)

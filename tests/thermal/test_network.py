@@ -319,10 +319,10 @@ def test_mean_of_a_program_warms_like_the_program(warm, heat):
 
 def test_along_a_link_the_means_are_those_that_grow(heat, warm):
     state = warm.state()
+    inside = heat.volumes.part == 2 * [body.name for body in heat.bodies].index("a2")
     x = (np.arange(2000) + 0.5) / 2000 * 0.87
-    mean = heat.rise_along("a2", state, x).mean()
+    mean = np.interp(x, heat.volumes.place[inside], (heat.to_volumes @ state)[inside]).mean()
     assert mean == pytest.approx((heat.outputs @ state)[heat.names.index("a2")], rel=0.01)
-    assert not heat.rise_along("a3", state, x).any()
 
 
 @pytest.mark.parametrize(

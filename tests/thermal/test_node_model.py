@@ -1,6 +1,5 @@
 import sys
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from compgen.core.units import HOUR
 from compgen.thermal import Duty, JointMotion, Profile, Section, growth_weights, rises_during, state_after
 from compgen.thermal.model import extrapolations
 from compgen.thermal.node_model import cold_arm
-from compgen.thermal.profiles import mean_share, profile_rise
+from compgen.thermal.profiles import mean_share
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
 import m710ic50_fit
@@ -155,22 +154,19 @@ def test_uniform_rise_grows_a_length_by_cte_l_dt():
     assert weights.sum() * 10 == pytest.approx(11.25e-6 * 1.0 * 10, rel=1e-14)  # 112.5 um
 
 
-def test_along_a_link_the_rise_is_that_of_a_hand():
-    """Straight from 12 to 4 K over 0.8 m; then in the reference by one ratio, 4 to 1 K over 0.4 m; held beyond."""
+def test_a_link_grows_by_the_integral_of_its_rise():
+    """In the reference straight from 12 to 4 K over 0.8 m, then by one ratio, 4 to 1 K over 0.4 m; in another state
+    by the same shapes."""
     sections = (Section(0.0, 0.8, "p", "q", "linear"), Section(0.8, 1.2, "q", "r", "exponential"))
     profile, reference = Profile("a2", 11.25e-6, sections), {"p": 12.0, "q": 4.0, "r": 1.0}
-    x = np.array([-0.1, 0.0, 0.2, 0.6, 0.8, 1.0, 1.1, 1.2, 1.5])
-    by_hand = [12, 12, 10, 6, 4, 2, 2**0.5, 1, 1]
-    assert_allclose(profile_rise(profile, reference, reference, x), by_hand, rtol=1e-12)
-    even = Profile("a2", 11.25e-6, (Section(0.0, 0.8, "p", "q", "exponential"),))  # no ratio between alike ones
-    assert_allclose(profile_rise(even, {"p": 4.0, "q": 4.0}, {"p": 12.0, "q": 4.0}, x[1:5]), [12, 10, 6, 4])
-    rise = {"p": -3.0, "q": 5.0, "r": 2.0}  # another state
-    edge = [0.0, 0.8, 1.2]
-    grown = sum(
-        quad(lambda at: profile_rise(profile, reference, rise, np.array([at]))[0], *ends)[0] for ends in pairwise(edge)
-    )
     weights = growth_weights(profile, reference, ("p", "q", "r"))
-    assert weights @ list(rise.values()) == pytest.approx(11.25e-6 * grown, rel=1e-9)
+    grown = quad(lambda x: 12 - 10 * x, 0, 0.8)[0] + quad(lambda x: 4 * 0.25 ** ((x - 0.8) / 0.4), 0.8, 1.2)[0]
+    assert weights @ [12.0, 4.0, 1.0] == pytest.approx(11.25e-6 * grown, rel=1e-9)
+    grown = quad(lambda x: -3 + 10 * x, 0, 0.8)[0]
+    grown += quad(lambda x: 2 + 3 * (4 * 0.25 ** ((x - 0.8) / 0.4) - 1) / 3, 0.8, 1.2)[0]
+    assert weights @ [-3.0, 5.0, 2.0] == pytest.approx(11.25e-6 * grown, rel=1e-9)
+    even = Profile("a2", 11.25e-6, (Section(0.0, 0.8, "p", "q", "exponential"),))  # no ratio between alike ones
+    assert growth_weights(even, {"p": 4.0, "q": 4.0}, ("p", "q")) @ [12.0, 4.0] == pytest.approx(11.25e-6 * 0.8 * 8)
 
 
 def test_profiles_are_linear_in_the_node_rises(job):

@@ -332,11 +332,11 @@ def _warmth(
         tables.check_materials(facts.thermal.network, where)
     tables.check_sensors(facts.thermal, where)
     profiles = tables.profiles_of(facts.thermal, robot, where)
-    nodes = tables.node_model_of(facts.thermal, profiles, where)
+    nodes = tables.node_model_of(facts.thermal, where)
     heat: ArmHeat = nodes
     if facts.thermal.model == "network":
         gravity = facts.sources.loads.gravity_m_s2
-        heat, profiles = tables.network_of(facts.thermal, robot, nodes, gravity, where)
+        heat, profiles = tables.network_of(facts.thermal, robot, nodes.box, profiles, gravity, where)
     growth = tables.growth_of(robot, heat.names, heat.reference_rise, profiles)
     return heat, profiles, growth, tables.uncertainty_of(facts.thermal, heat, profiles, where)
 

@@ -16,7 +16,7 @@ from compgen.thermal.node_model import MeasuredBox
 from compgen.thermal.tables import schema as sc
 
 
-def node_model_of(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: str) -> NodeModel:
+def node_model_of(table: sc.ThermalTable, where: str) -> NodeModel:
     """The study's model.
 
     Raises:
@@ -36,7 +36,6 @@ def node_model_of(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: 
         reference_feed=table.reference_feed_mm_s * MM,
         reference_time=table.reference_h * HOUR,
         box=MeasuredBox(feed=np.array(table.box.feed_mm_s) * MM, time=table.box.hours * HOUR, rise=table.box.rise_K),
-        profiles=profiles,
     )
 
 
@@ -90,14 +89,20 @@ def _cte(thermal: sc.ThermalTable, length: str, where: str) -> float:
 
 
 def network_of(
-    thermal: sc.ThermalTable, robot: Robot, nodes: NodeModel, gravity: Sequence[float], where: str
+    thermal: sc.ThermalTable,
+    robot: Robot,
+    box: MeasuredBox,
+    profiles: Sequence[Profile],
+    gravity: Sequence[float],
+    where: str,
 ) -> tuple[NetworkModel, tuple[Profile, ...]]:
     """The conduction network, and profiles that take each heated length's mean from it.
 
     Args:
         thermal: The robot file's table.
         robot: The arm.
-        nodes: Its other heat model.
+        box: Where its other heat model was measured.
+        profiles: That model's.
         gravity: In World, of any length; by its direction the drives hold the arm.
         where: The file, for messages.
 
@@ -136,11 +141,11 @@ def network_of(
         volumes=volumes,
         probe=np.array(probes),
         reference_rise=np.ones(len(names)),
-        box=nodes.box,
+        box=box,
         rate=rate,
         to_volumes=shapes,
     )
-    return model, _means(nodes.profiles, bodies, key)
+    return model, _means(profiles, bodies, key)
 
 
 def _means(profiles: Sequence[Profile], bodies: Sequence[Body], key: str) -> tuple[Profile, ...]:
