@@ -310,7 +310,8 @@ def _joints(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[
     """Joints of each touch, (N, 6) [rad]: as given, or by the closed form."""
     given = joints_given(table, robot, "touches")
     theta = _inverse(table, robot, artefact, uframes) if given is None else given
-    check_within_limits(robot, theta, lambda n, k: table.location(n))
+    by = ": by x_mm to r_deg and config" if given is None else ""
+    check_within_limits(robot, theta, lambda n, k: table.location(n) + by)
     return theta
 
 

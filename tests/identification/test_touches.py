@@ -139,3 +139,9 @@ def test_an_artefact_that_would_not_grow_is_refused(tmp_path, lines, words):
         artefact(tmp_path, ARTEFACT.replace("[artefact]", f"[artefact]\n{lines}"))
     grown = artefact(tmp_path, ARTEFACT.replace("[artefact]", "[artefact]\ncte_um_m_K = 0\ntemperature_degC = 25"))
     assert grown.place.tolist() == [[1.2, 0.1, 0.2]]
+
+
+def test_joints_beyond_their_limits_that_a_place_asks_for_are_said_to_be_of_the_place(tmp_path):
+    """*The joints are those of the pendant* was all that was said of a file that has none."""
+    with pytest.raises(InputError, match=r"line 2: by x_mm to r_deg and config: J5 at -\d+\.\d+ deg is outside"):
+        touches(tmp_path, "0,a,1200,100,200,3.14,0,0", "1,a,1200,100,200,170,0,0")
