@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 from compgen.core.arrays import Array, BoolArray, IntArray, owns
 from compgen.core.units import DEG
-from compgen.identification.measurements import NONE, Measurements
+from compgen.identification.measurements import NONE, PLACE, Measurements
 
 FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
 GUESSED = 0.2  # the same where a file says roughly where it is: to a few times what the nominal arm misses
@@ -157,8 +157,13 @@ def with_orientations(
         for i, of_places in by_places.items():
             turned[i] = kabsch(of_places + by_turns[of[i]].mean(axis=0))
         frames = replace(frames, rotation=turned)
-    weight = 1 / np.maximum(distance / (4 * median), 1.0) ** 2
-    return _fit_reflectors(data, frames, position[data.pose] + data.ends.shift, rotation[data.pose], weight)
+    placed = data.kind == PLACE
+    rows, weight = data.subset(placed), 1 / np.maximum(distance[placed] / (4 * median), 1.0) ** 2
+    anew = _fit_reflectors(rows, frames, position[rows.pose], rotation[rows.pose], weight)
+    origin, reflector = frames.origin.copy(), frames.reflector.copy()
+    of_rows, carried = np.unique(rows.instrument), np.unique(rows.reflector)
+    origin[of_rows], reflector[carried] = anew.origin[of_rows], anew.reflector[carried]
+    return replace(frames, origin=origin, reflector=reflector)
 
 
 def _alternating(data: Measurements, frames: InstrumentFrames, position: Array, rotation: Array) -> InstrumentFrames:

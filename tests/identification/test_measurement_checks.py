@@ -11,7 +11,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.identification.fit import fit
-from compgen.identification.instrument_frames import InstrumentFrames
+from compgen.identification.instrument_frames import InstrumentFrames, with_orientations
 from compgen.identification.measured_turns import check_fitted_turns, refuse_turned
 from compgen.identification.measurement_checks import (
     better_reading,
@@ -20,7 +20,7 @@ from compgen.identification.measurement_checks import (
     check_row_count,
     check_scale,
 )
-from compgen.identification.measurements import TOUCH, WORLD, FixedPlaces, blank_rows
+from compgen.identification.measurements import DISTANCE, NONE, PLACE, TOUCH, WORLD, FixedPlaces, blank_rows
 from compgen.identification.model import active_in_groups, build_model
 from compgen.identification.parameters import candidate_models, symbolic_sources
 from compgen.pipelines.files.robot_file import load_arm
@@ -356,3 +356,30 @@ def test_places_on_a_line_leave_open_how_the_instrument_stands_about_it():
     check_turns(arm, data)
     with pytest.raises(InputError, match=REFUSED):
         check_turns(arm, replace(data, rotation=np.swapaxes(data.rotation, 1, 2)))
+
+
+def test_sockets_of_distances_stay_where_orientations_say_how_the_tracker_stands():
+    arm, rng, count = load_arm("m710ic50"), np.random.default_rng(6), 20
+    theta = random_theta(arm.robot, rng, count)
+    flange, base = flange_pose(arm.robot, theta), rotation_matrix(rng.normal(size=(1, 3)))[0]
+    ball, socket, far = np.array([0.06, 0.01, 0.1]), np.array([1.2, 0.3, -0.4]), np.arange(count) >= 12
+    at = flange.position + flange.rotation @ ball
+    data = seen_by_a_tracker(theta, at @ base.T, base @ flange.rotation)
+    data = replace(
+        data,
+        instrument=np.where(far, WORLD, 0),
+        position=np.where(far[:, None], np.nan, data.position),
+        rotation=np.where(far[:, None, None], np.nan, data.rotation),
+        ends=replace(
+            data.ends,
+            kind=np.where(far, DISTANCE, PLACE),
+            place=np.where(far, 0, NONE),
+            distance=np.where(far, np.linalg.norm(at - socket, axis=1), np.nan),
+        ),
+        fixed=FixedPlaces(names=("s",), frame=np.array([WORLD]), place=np.full((1, 3), np.nan), sigma=np.zeros(1)),
+    )
+    true = InstrumentFrames(base[None], np.zeros((1, 3)), ball[None], socket[None])
+    assert np.abs(np.nan_to_num(true.residual(data, flange.position, flange.rotation))).max() < 1e-12
+    kept = with_orientations(data, true, flange.position, flange.rotation)
+    for part in ("rotation", "origin", "reflector", "place"):
+        np.testing.assert_allclose(getattr(kept, part), getattr(true, part), atol=1e-9)
