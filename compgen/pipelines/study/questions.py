@@ -21,7 +21,6 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.study.geometry import displacement, execute_with, lay_out, part_weight
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 
-LONGEST = 48.0 * HOUR
 MOST_PASSES = 6
 
 
