@@ -23,6 +23,7 @@ class Step:
     hours: float  # of work; assumed
     command: str  # that uses it
     leaves: float = 0.0  # of each source
+    taken: str = ""  # a source of a budget where the step was taken already
 
 
 STEPS = (
@@ -37,7 +38,7 @@ STEPS = (
     ),
     Step(
         "a temperature log of the day", ("temperature law", "air", "feed"), 1.0,
-        "cgen generate PATH --set log.file=log.csv",
+        "cgen generate PATH --set log.file=log.csv", taken="temperature log",
     ),
     Step("a sensor on every node", ("temperature log",), 2.0, "cgen generate PATH --set log.file=log.csv"),
     Step(
@@ -84,7 +85,7 @@ def next_steps(
         leaves = {name: step.leaves for step in steps for name in step.ends}
         return sqrt(sum((size * leaves.get(name, 1.0)) ** 2 for name, size in sources.items()))
 
-    gains = [(p95_um - left([step]), step) for step in steps]
+    gains = [(p95_um - left([step]), step) for step in steps if step.taken not in budget_um]
     best = sorted((g for g in gains if g[0] >= LEAST_TAKEN * p95_um > 0), key=lambda g: -g[0] / g[1].hours)[:MOST]
     return [
         {

@@ -41,6 +41,12 @@ def test_a_step_that_takes_little_or_has_nothing_to_take_is_not_named():
     assert frame["command"].startswith("cgen teach-frame")
 
 
+def test_a_day_whose_temperatures_are_logged_is_not_asked_for_again():
+    """What the law leaves open behind a log's end no log takes away."""
+    (sensor,) = next_steps(20.0, {"temperature law": 16.0, "temperature log": 12.0})
+    assert sensor["what"] == "a sensor on every node"
+
+
 def test_an_hour_counts():
     """Poses take more off than a gauge for the tool, in eight times its time."""
     steps = next_steps(30.0, {"identified parameters": 25.0, "tool": 16.0})
