@@ -269,7 +269,7 @@ def _page_results(
     touching = prepared.touching_samples(on_part)
     old_samples = np.searchsorted(before.arc, path.arc)  # the old text has other lengths, so other samples
     sides = [np.searchsorted(path.arc, before.arc, side=side) - 1 for side in ("left", "right")]
-    old_touching = on_part[np.clip(sides, 0, len(on_part) - 1)].any(axis=0)
+    old_touching = np.asarray(on_part[np.clip(sides, 0, len(on_part) - 1)].any(axis=0))
     for begin, end in pairwise(edges):
         sizes = []
         for deviation, at, mask in ((before, old_samples, old_touching), (after, samples, touching)):
