@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +25,7 @@ from compgen.thermal.model import state_with_rises
 from compgen.thermal.schedule import STANDING, History
 from compgen.thermal.tables.schema import AmbientTable
 
-ROBOT_FILE = "robot_file"  # its key in what a state was made from
+ROBOT_FILE, OVERRIDES = "robot_file", "robot_overrides"  # keys in what a state was made from
 ALIKE = 0.01  # [K] by which rises may differ that a state says twice
 
 
@@ -221,7 +222,7 @@ def begin(cell: Cell, before: Before, source: str | None, age: str | None) -> Be
         raise InputError(f"--before: a state stands in place of history (--state {source}); leave one of them out")
     state = load_state(source, cell, since)
     cell = cell_with_state(cell, state, source)
-    cell = replace(cell, input_findings=(*cell.input_findings, state_note(state, since, "")))
+    cell = replace(cell, input_findings=(*cell.input_findings, state_note(state, since, "", cell)))
     standing = (replace(STANDING, duration=since),) if since > 0 else ()
     return Beginning(cell, standing, state.air if before.air is None else before.air, before.reference)
 
@@ -247,13 +248,24 @@ def state_overrides(path_file: str, state: str | None, age: float) -> list[str]:
     return [f"state.file={toml_value(file)}", *([f"state.age_min={age / MINUTE!r}"] if age else [])]
 
 
-def state_note(state: AnchoredState, age: float, replaced: str) -> Finding:
-    """What a state stands in place of, and how long it holds."""
+def made_from_robot(cell: Cell) -> dict[str, str]:
+    """sha256 of a cell's robot file, and of what overrides it, where anything does."""
+    files = {ROBOT_FILE: cell.robot_file_hash}
+    if cell.overrides:
+        files[OVERRIDES] = sha256("\n".join(sorted(cell.overrides)).encode()).hexdigest()
+    return files
+
+
+def state_note(state: AnchoredState, age: float, replaced: str, cell: Cell) -> Finding:
+    """What a state stands in place of, and how long it holds; a warning where it was found with another robot."""
     since = f", {age / MINUTE:.0f} min ago" if age else ""
     instead = f" in place of {replaced}" if replaced else ""
     message = (
         f"the robot begins as {state.digest[:8]} has it ({state.verdict}, at {state.time:.0f} s{since}){instead}; it "
         f"holds {limit_words(state.window)} from then, standing"
     )
-    level = Level.WARNING if state.verdict == "something moved" else Level.NOTE
+    is_other = state.made_from.get(OVERRIDES) != made_from_robot(cell).get(OVERRIDES)
+    if is_other:
+        message += "; it was found with other values of the robot file (--set robot.KEY=VALUE): give the same here"
+    level = Level.WARNING if is_other or state.verdict == "something moved" else Level.NOTE
     return Finding(level, Code.STATE, message)

@@ -25,7 +25,7 @@ SHOWN = 8  # hypotheses
 AS_LIKELY, EXCLUDED = 3.0, 1000.0  # times less likely than the likeliest
 MOST_TIMES = 50.0  # natural logarithm
 REMARK = "The state holds for the robot as it was touched, standing since, for as long as it says."
-OF_JOB = ("path", "robot_file")  # files that the job's inputs have already
+OF_JOB = ("path", "robot_file", "robot_overrides")  # files and values that the job's inputs have already
 BASE_WORDS = ("x [µm]", "y [µm]", "z [µm]", "turned about x [mdeg]", "turned about y [mdeg]", "turned about z [mdeg]")
 
 

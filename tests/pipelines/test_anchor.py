@@ -495,8 +495,12 @@ def test_the_command_writes_state_page_and_record(days, tmp_path):
     again = run("anchor", SPIRAL, *files, *sets, "-o", target, "-q", "--json")
     assert again.returncode == 0
     assert target.read_bytes() == first
-    begun = run("predict", SPIRAL, *sets, "--state", target, "-o", tmp_path / "out", "-q")
+    found_with = "found with other values of the robot file"
+    begun = run("predict", SPIRAL, *sets, "--state", target, "-o", tmp_path / "out")
     assert begun.returncode == 0, begun.stderr
+    assert found_with not in begun.stdout + begun.stderr
+    begun = run("predict", SPIRAL, *sets[2:], "--state", target, "-o", tmp_path / "other")
+    assert found_with in begun.stdout + begun.stderr
     other = Path(tmp_path / "other.toml")
     other.write_text("x = 1\n")
     refused(run("anchor", SPIRAL, *files, *sets, "-o", other), 2, "not what cgen anchor wrote")

@@ -20,6 +20,7 @@ from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.identification.touches import Artefact, Touches, read_artefact, read_touches
+from compgen.job.anchored_start import made_from_robot
 from compgen.job.job import Job
 from compgen.job.start_window import PromptMotion, windows
 from compgen.pipelines.anchor.estimate import (
@@ -185,7 +186,7 @@ def _state(
         time=forecast.time,
         window=_window(beside.job, forecast, beside.path),
         verdict=verdict,
-        made_from={"robot_file": cell.robot_file_hash, **made_from},
+        made_from={**made_from_robot(cell), **made_from},
     )
 
 
