@@ -1,8 +1,8 @@
 """What a job does not know, as quantities: its sources, its warmth, its frames and its start; and a job with a draw."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -167,29 +167,27 @@ def open_log_end(cell: Cell) -> OpenLogEnd:
     return OpenLogEnd(start.T, hidden)
 
 
-def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
+def _of_warmth(cell: Cell, nothing: Cause) -> Iterator[Quantity]:
     """Law, sensors, air and feed."""
     warmth, zero, log_end = cell.warmth, nothing.heat, open_log_end(cell)
-    K = len(cell.heat.names)
-    quantities = []
+
+    def quantity(name: str, budget: str, **heat: Any) -> Quantity:
+        return Quantity(name, budget, replace(nothing, heat=replace(zero, **heat)))
+
     if (law := warmth.of_nodes(warmth.law)).any():
         for name, rise in zip(cell.heat.names, np.diag(law), strict=True):
-            heat = replace(zero, rise=rise)
-            quantities.append(Quantity(f"law of {name}", "temperature law", replace(nothing, heat=heat)))
+            yield quantity(f"law of {name}", "temperature law", rise=rise)
     if warmth.sensors:
-        shift = np.full(K, warmth.sensors)
+        shift = np.full(len(cell.heat.names), warmth.sensors)
         # what an anchored state or a log begins with is known as its own covariance says
         is_found = cell.state is not None or len(log_end.columns) > 0
-        heat = replace(zero, rise=shift, start=zero.start if is_found else shift)
-        quantities.append(Quantity("thermocouples", "thermocouples", replace(nothing, heat=heat)))
+        yield quantity("thermocouples", "thermocouples", rise=shift, start=zero.start if is_found else shift)
     for k, start in enumerate(log_end.columns):
-        cause = replace(nothing, heat=replace(zero, start=start))
-        quantities.append(Quantity(f"log's end {k + 1}", "temperature log", cause))
+        yield quantity(f"log's end {k + 1}", "temperature log", start=start)
     if warmth.air:
-        quantities.append(Quantity("air", "air", replace(nothing, heat=replace(zero, air=warmth.air))))
+        yield quantity("air", "air", air=warmth.air)
     if warmth.feed:
-        quantities.append(Quantity("feed", "feed", replace(nothing, heat=replace(zero, feed=warmth.feed))))
-    return quantities
+        yield quantity("feed", "feed", feed=warmth.feed)
 
 
 def _of_state(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
@@ -203,7 +201,7 @@ def _of_state(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[
     ]  # fmt: skip
 
 
-def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> Iterator[Quantity]:
     r"""The coefficient of expansion and the profiles, where the file gives intervals and nobody measured them.
 
     A warm-up that was measured is foretold with the file's own coefficient and profiles. What these are off by, f of
@@ -213,18 +211,17 @@ def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
 
     No pose tells an expansion from other physics that is missing. It counts there, and not here once more.
     """
-    warmth, quantities = cell.warmth, []
+    warmth = cell.warmth
     for k, source in enumerate(parameters.sources):
         if not isinstance(source, Expanding) or _is_warm_measured(cell, source) or warmth.expansion is None:
             continue
         rows = {n: parameters.at(k, e.field, e.index) for n, e in source.expansions().items()}
         units = np.eye(len(parameters.entries))
         together = replace(nothing, parameters=units[list(rows.values())].sum(axis=0))
-        quantities.append(Quantity("cte", "cte", together, warmth.expansion))
+        yield Quantity("cte", "cte", together, warmth.expansion)
         for length, limits in warmth.growth.items():
             cause = replace(nothing, parameters=units[rows[length]])
-            quantities.append(Quantity(f"profile of {length}", "profile shape", cause, limits))
-    return quantities
+            yield Quantity(f"profile of {length}", "profile shape", cause, limits)
 
 
 def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
@@ -301,10 +298,9 @@ def _factor(C: Array, last: BoolArray) -> Array:
     return F
 
 
-def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:
+def _of_widths(cell: Cell, nothing: Cause) -> Iterator[Quantity]:
     """How far each joint turns to forget a reversal, where reversals were not measured: to a factor."""
     measured = () if cell.posterior is None else cell.posterior.parameters
-    quantities = []
     for source in cell.sources:
         if not isinstance(source, DirectionDependent):
             continue
@@ -312,8 +308,7 @@ def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:
         for i in np.flatnonzero(np.isfinite(source.reversal_widths().joint)).tolist():
             if (i,) not in shown:
                 cause = replace(nothing, width=WIDTH_SPREAD * np.eye(6)[i])
-                quantities.append(Quantity(f"{source.NAME}.width[{i + 1}]", source.BUDGET, cause))
-    return quantities
+                yield Quantity(f"{source.NAME}.width[{i + 1}]", source.BUDGET, cause)
 
 
 def _of_tool(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
