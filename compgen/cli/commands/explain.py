@@ -17,7 +17,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
 from compgen.core.findings import printable
 from compgen.core.json_text import read_record
-from compgen.core.unique_rows import grouped
 
 #: what the rooms of the package find, as a user names it
 ROOMS = {
@@ -78,6 +77,8 @@ def _of_report(place: str) -> dict[Code, list[str]]:
     """The codes that a report has, each with its messages."""
     file = Path(place, REPORT) if os.path.isdir(place) else Path(place)
     findings = read_record(file).get("findings")
+    from compgen.core.unique_rows import grouped
+
     messages_of = grouped(
         (Code(finding["code"]), f"{finding['level']}: {finding['message']}")
         for finding in (findings if isinstance(findings, list) else ())
