@@ -2,7 +2,7 @@
 
 #: what ends a name, as people write it
 UNITS = {
-    "um_m_K": "µm/(m K)", "urad_Nm": "µrad/(N m)", "nrad_Nm2": "nrad/(N m)²", "W_mm_K": "W/(mm K)", "J_kgK": "J/(kg K)",
+    "um_m_K": "µm/(m K)", "urad_Nm": "µrad/(N m)", "nrad_Nm2": "nrad/(N m)²", "W_mm_K": "W mm/K", "J_kgK": "J/(kg K)",
     "arcsec_K": "arcsec/K",
     "um_mm": "µm/mm", "um_K": "µm/K", "W_K": "W/K", "m_s2": "m/s²", "deg_s2": "deg/s²", "deg_s3": "deg/s³",
     "deg_s": "deg/s", "mm_s": "mm/s", "mm": "mm", "um": "µm", "nm": "nm", "m": "m", "mdeg": "mdeg", "deg": "deg",
