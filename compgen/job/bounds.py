@@ -1,4 +1,4 @@
-r"""What a path promises: the largest error that it may leave on the part.
+r"""What a path promises, the largest error that it may leave on the part, and the user's file it is held against.
 
 How many draws a bound with a probability needs, and how many of them may break it.
 
@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from math import ceil, inf, log
 
 from scipy.special import betainc
+
+from compgen.core.arrays import Array, BoolArray, IntArray, owns
 
 ROUNDING = 1e-13  # of an incomplete beta function: a confidence that is met exactly counts as met
 
@@ -50,6 +52,18 @@ class Guarantee:
     draws: int
     may_break: int  # of the draws
     seed: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+@owns(corner=("V", 3), line=("V",), given=("V",))
+class OwnFile:
+    """A user's own file as the judge has read it: V corners in the order they are driven, in the frame of the part."""
+
+    source: str
+    corner: Array  # (V, 3) [m]
+    line: IntArray  # (V,) of the file that each belongs to
+    given: BoolArray  # (V,) a place that the file names; the others stand on its arcs
+    joined: bool  # whether what lies between them is lines; a curve through them is free there
 
 
 def draws_needed(share: float, confidence: float) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from compgen.compensation.problem import Settings
-from compgen.core.arrays import Array, BoolArray, IntArray, owns
+from compgen.core.arrays import Array
 from compgen.core.exceptions import refuse_changes
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
@@ -17,7 +17,7 @@ from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.error_model.unmeasured import Unknown
-from compgen.job.bounds import Bounds
+from compgen.job.bounds import Bounds, OwnFile
 from compgen.job.part_frame import PartFrame
 from compgen.job.tables import Drifting, FitLimits
 from compgen.planning.boundaries import Boundary
@@ -136,18 +136,6 @@ class ProgramPlan:
     process: Process
     tool: Tool
     posture: Posture
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-@owns(corner=("V", 3), line=("V",), given=("V",))
-class OwnFile:
-    """A user's own path as the judge has read it: V corners in the order they are driven, in the frame of the part."""
-
-    source: str
-    corner: Array  # (V, 3) [m]
-    line: IntArray  # (V,) of the file that each belongs to
-    given: BoolArray  # (V,) a place that the file names; the others stand on its arcs
-    joined: bool  # whether what lies between them is lines; a curve through them is free there
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True, repr=False, kw_only=True)

@@ -25,7 +25,7 @@ def read(folder, text, pattern="gcode", shift=NO_SHIFT, joined=True):
 def test_it_shares_nothing_with_the_plan():
     package = Path(__file__).parents[2] / "compgen/verification/own_file"
     for module in package.glob("*.py"):
-        text = module.read_text().replace("from compgen.job.job import OwnFile\n", "")  # the record that it fills
+        text = module.read_text().replace("from compgen.job.bounds import OwnFile\n", "")  # the record that it fills
         rooms = {
             line.split(".")[1] for line in text.splitlines() if line.startswith(("from compgen", "import compgen"))
         }

@@ -24,8 +24,9 @@ from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.version import __version__
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, state_note
+from compgen.job.bounds import OwnFile
 from compgen.job.day_before import Programs, plan_history
-from compgen.job.job import Cell, Job, OwnFile, PathPlan, Process, ProgramPlan, Tool
+from compgen.job.job import Cell, Job, PathPlan, Process, ProgramPlan, Tool
 from compgen.job.motion_plan import coarse_motion, leads_in, run_in_length
 from compgen.job.part_frame import frame_of
 from compgen.job.tables import bounds_of

@@ -16,7 +16,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, lengths_along, row_norms
 from compgen.core.units import MM
-from compgen.job.job import OwnFile
+from compgen.job.bounds import OwnFile
 
 GROUPS = 5000  # of a file at most
 GROUP = 10 * MM  # of its way at least

@@ -19,7 +19,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.csv_table import CsvTable, Recorded
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
-from compgen.job.job import OwnFile
+from compgen.job.bounds import OwnFile
 
 SAG = 1e-4  # mm
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blanks": " "}
