@@ -81,7 +81,7 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
     for execution in executions:
         rows = slice(begin, begin + len(execution.time))
         begin, time[rows] = rows.stop, execution.time
-        segment = owning_segments(on_part, execution.segment, execution.fraction)
+        segment = owning_segments(on_part, execution.segment, np.flatnonzero(execution.fraction == 0))
         touching[rows] = on_part[segment]
         fraction = np.where(segment < execution.segment, 1.0, execution.fraction)
         arc[rows], error[rows], components = _compare(path, execution.actual, segment, fraction)

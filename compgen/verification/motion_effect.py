@@ -14,7 +14,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, owns, row_norms
 from compgen.robot.motion import ControllerMotion, ExpectedMotion
 from compgen.robot.robot import Robot
-from compgen.verification.twin import PreparedProgram, owning_segments
+from compgen.verification.twin import PreparedProgram
 from compgen.verification.twin.controller.command import WrittenPath, first_statements
 from compgen.verification.twin.controller.deviation import MotionDeviation, most_in_blocks, motion_deviation
 
@@ -85,7 +85,7 @@ class _Flight(NamedTuple):
 
 
 def _flight(prepared: PreparedProgram, touching: BoolArray) -> _Flight:
-    segment = owning_segments(touching, *prepared.samples())
+    segment = prepared.segments(touching)
     on_part = touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
     path = prepared.written_path()
     return _Flight(prepared, path, segment, on_part, first_statements(prepared.twin.robot, path, prepared.override))

@@ -162,7 +162,7 @@ def test_a_line_that_only_its_correction_brings_through_the_arm_breaks_a_bound()
     assert (planned.level, corrected_alone.level) == (Level.WARNING, Level.OUTSIDE)
     assert planned.message.startswith("line 5: the straight way there leaves the reach")
     assert corrected_alone.message.startswith("line 7: corrected, the straight way there would leave the reach")
-    assert past_limit.message.startswith("line 9: between its ends the way there takes J2 beyond -90 to 135 deg")
+    assert past_limit.message.endswith("J2 goes beyond -90 to 135 deg; teach a position between")
 
 
 SPIKE = [[-90, -100], [135, -100], [135, 40], [27, 40], [25, -40], [23, 40], [-90, 40]]
@@ -181,10 +181,10 @@ def test_a_line_past_a_limit_between_ends_that_keep_it_is_named(tmp_path, polygo
     moves = ["J P[1] 50% FINE", "L P[2] 100mm/sec FINE"]
     (finding,) = findings(corrected(program(moves, points), cell), "correction.reach")
     assert finding.level is Level.WARNING
-    takes = "J2 and J3 of m710ic50 out of limits.interference.j2_j3_deg, where the arm hits itself"
+    words = "J2 and J3 of m710ic50 leave limits.interference.j2_j3_deg, where the arm hits itself"
     if ends is not None:
-        takes = "J1 beyond -180 to 180 deg"
-    assert finding.message == f"line 5: between its ends the way there takes {takes}; teach a position between"
+        words = "J1 goes beyond -180 to 180 deg"
+    assert finding.message == f"line 5: on the way there, between ends that keep it, {words}; teach a position between"
 
 
 def test_a_correction_that_leads_out_of_reach_holds_its_station(tmp_path):

@@ -269,10 +269,9 @@ def _way_findings(result: Correction) -> Iterator[Finding]:
         if len(stations):
             message = f"{_lines_at(result, stations)}: {words} {robot} between its ends: only the ends are judged"
             yield Finding(level, Code.CORRECTION_REACH, message)
-    past, worst = ways_past_limits(result)
-    if worst:
-        message = f"{_lines_at(result, past)}: between its ends the way there takes {worst}; teach a position between"
-        yield Finding(Level.WARNING, Code.CORRECTION_REACH, message)
+    for words, stations in ways_past_limits(result).items():
+        message = f"{_lines_at(result, stations)}: on the way there, between ends that keep it, {words}"
+        yield Finding(Level.WARNING, Code.CORRECTION_REACH, f"{message}; teach a position between")
     unsure = np.flatnonzero(result.plan.free & drive.line & (drive.origin == NONE))
     unsure = unsure[unsure > 0]
     if len(unsure):

@@ -8,6 +8,7 @@ import numpy as np
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
+from compgen.core.unique_rows import grouped
 from compgen.core.units import DEG, MM, UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
@@ -22,7 +23,7 @@ from compgen.pipelines.correct.proof import Residue, ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.planned.dry_run import check_height
 from compgen.pipelines.uncertainty.draws import FlownDraws
-from compgen.program.driven import DrivenProgram
+from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.ways import straight_lines
 from compgen.robot.joint_path import LIMIT_TOLERANCE
 from compgen.thermal import Duty, tables
@@ -178,10 +179,10 @@ class Correction(Judged):
         return self.verdict in (Verdict.INSIDE, Verdict.NO_BOUNDS, Verdict.NOT_LOADABLE)
 
 
-def ways_past_limits(result: Correction) -> tuple[IntArray, str]:
-    """Stations whose way there leaves a joint's limit or the polygon of J2 and J3 between ends that do not, (n,).
+def ways_past_limits(result: Correction) -> dict[str, list[int]]:
+    """What ways do that leave a joint's limit or the polygon of J2 and J3 between ends that do not; their stations.
 
-    And what the worst of them does there. Looked at are the places that the written text is judged at.
+    Looked at are the places that the written text is judged at.
     """
     flight, robot, drive = result.execution, result.cell.robot, result.plan.drive
 
@@ -191,17 +192,20 @@ def ways_past_limits(result: Correction) -> tuple[IntArray, str]:
     def is_past(theta: Array) -> BoolArray:
         return np.asarray((excess(theta) > LIMIT_TOLERANCE).any(axis=1) | ~robot.is_clear(theta))
 
-    stations = np.unique(flight.station[(flight.fraction < 1) & is_past(flight.theta)])
-    ends = is_past(drive.at.theta)[drive.pose[[stations, drive.origin[stations]]]]
-    stations = stations[~ends.any(axis=0)]
-    theta = flight.theta[np.isin(flight.station, stations) & (flight.fraction < 1)]
-    if not len(theta):
-        return stations, ""
-    row, joint = np.unravel_index(np.argmax(excess(theta)), theta.shape)
-    if excess(theta)[row, joint] > LIMIT_TOLERANCE:
+    def words(joint: int) -> str:
+        if joint == NONE:
+            return f"J2 and J3 of {robot.name} leave limits.interference.j2_j3_deg, where the arm hits itself"
         lower, upper = robot.quoted_limits[:, joint] / DEG
-        return stations, f"{robot.joint_names[joint]} beyond {lower:g} to {upper:g} deg"
-    return stations, f"J2 and J3 of {robot.name} out of limits.interference.j2_j3_deg, where the arm hits itself"
+        return f"{robot.joint_names[joint]} goes beyond {lower:g} to {upper:g} deg"
+
+    past = np.flatnonzero((flight.fraction < 1) & is_past(flight.theta))
+    station = flight.station[past]
+    ends = is_past(drive.at.theta)[drive.pose[[station, drive.origin[station]]]]
+    past, station = past[~ends.any(axis=0)], station[~ends.any(axis=0)]
+    over = excess(flight.theta[past])
+    joint = np.where(over.max(axis=1, initial=0.0) > LIMIT_TOLERANCE, over.argmax(axis=1), NONE)
+    pairs = np.unique(np.column_stack([joint, station]), axis=0).tolist()
+    return grouped((words(k), n) for k, n in pairs)
 
 
 def off_by_digits(result: Correction, samples: IntArray) -> Array:

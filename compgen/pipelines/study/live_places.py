@@ -140,7 +140,7 @@ def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
     on_part = geometry.path.segments_on_part()
     return Flown(
         geometry=geometry,
-        on_part=on_part[owning_segments(on_part, geometry.segment, geometry.fraction)],
+        on_part=on_part[owning_segments(on_part, geometry.segment, np.flatnonzero(geometry.fraction == 0))],
         arc=deviation.arc,
         rise=rise,
         position=execution.actual.position,

@@ -56,16 +56,17 @@ class Execution:
         )
 
 
-def owning_segments(touching: BoolArray, segment: IntArray, fraction: Array) -> IntArray:
+def owning_segments(touching: BoolArray, segment: IntArray, begins: IntArray) -> IntArray:
     """The segments that samples belong to, (M,): the end of one that touches is its own where the next touches not.
 
     Args:
         touching: Of all segments, (S,).
         segment: Of each sample, (M,).
-        fraction: Of it, (M,).
+        begins: Samples at which a segment begins.
     """
-    before = np.maximum(segment - 1, 0)
-    return np.where((fraction == 0) & touching[before] & ~touching[segment], before, segment)
+    owning, here = segment.copy(), segment[begins]
+    owning[begins] -= touching[np.maximum(here - 1, 0)] & ~touching[here]
+    return owning
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -97,21 +98,15 @@ class PreparedProgram:
         """The sample at each position, (N,)."""
         return np.concatenate([[0], np.cumsum(self.samples_per_segment)])
 
-    def samples(self, first: int = 0, last: int | None = None) -> tuple[IntArray, Array]:
-        """The segment of each sample from the segment first up to last, and the fraction of it, (M,) each."""
-        last = len(self.samples_per_segment) if last is None else last
-        counts = self.samples_per_segment[first:last]
-        begin = np.concatenate([[0], np.cumsum(counts)])
-        segment = np.repeat(np.arange(first, last), counts)
-        fraction = (np.arange(begin[-1]) - begin[segment - first]) / self.samples_per_segment[segment]
-        if last == len(self.samples_per_segment):
-            segment, fraction = np.append(segment, last - 1), np.append(fraction, 1.0)
-        return segment, fraction
+    def segments(self, touching: BoolArray) -> IntArray:
+        """The segment that each sample belongs to, (M,), of segments (S,) that touch or do not."""
+        S = len(self.samples_per_segment)
+        segment = np.append(np.repeat(np.arange(S), self.samples_per_segment), S - 1)
+        return owning_segments(touching, segment, self.first_samples()[:-1])
 
     def touching_samples(self, touching: BoolArray) -> BoolArray:
         """Samples (M,) of segments that touch, of which (S,) are given: all where none does."""
-        segment = owning_segments(touching, *self.samples())
-        return touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
+        return touching[self.segments(touching)] if touching.any() else np.ones(self.sample_count, dtype=bool)
 
     def execute(self, progress: Callable[[float], None] = lambda share: None) -> Execution:
         """All samples at once."""
@@ -147,7 +142,12 @@ class PreparedProgram:
             TwinError: Out of reach, or the inverse and the nominal arm disagree, or pinocchio disagrees with either.
         """
         twin = self.twin
-        segment, fraction = self.samples(first, last)
+        counts = self.samples_per_segment[first:last]
+        begin = np.concatenate([[0], np.cumsum(counts)])
+        segment = np.repeat(np.arange(first, last), counts)
+        fraction = (np.arange(begin[-1]) - begin[segment - first]) / self.samples_per_segment[segment]
+        if last == len(self.samples_per_segment):
+            segment, fraction = np.append(segment, last - 1), np.append(fraction, 1.0)
         time = self.timing.time[segment] + fraction * np.diff(self.timing.time[first : last + 1])[segment - first]
         rise, growth = self.rise_and_growth(segment, fraction, time)
         has_arcs = bool(self.program.via[first : last + 1].any())
