@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from compgen.error_model.anchored_state import BASE, AnchoredState, state_text
+from compgen.job.anchored_start import made_from_robot
 from compgen.job.job import Job
 
 
@@ -25,7 +26,7 @@ def state_of(job: Job, **changes) -> AnchoredState:
         time=21600.0,
         window=1800.0,
         verdict="anchored",
-        made_from={"robot_file": job.cell.robot_file_hash},
+        made_from=made_from_robot(job.cell),
     )
     return replace(state, **changes)
 

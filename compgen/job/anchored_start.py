@@ -93,7 +93,7 @@ def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:
     ]
     heat = cell.heat
     start, (which, of_state) = state.modal, _common(cell, state)
-    if start is None or heat.law is not None or len(start) != len(heat.rate):
+    if start is None or heat.law is not None or len(start) != len(heat.rate) or _is_of_other_values(state, cell):
         start = state_with_rises(heat, which, state.rise[of_state])
     elif (apart := np.abs(heat.outputs[which] @ start - state.rise[of_state])).max() > ALIKE:
         name = heat.names[which[int(apart.argmax())]]
@@ -249,11 +249,15 @@ def state_overrides(path_file: str, state: str | None, age: float) -> list[str]:
 
 
 def made_from_robot(cell: Cell) -> dict[str, str]:
-    """sha256 of a cell's robot file, and of what overrides it, where anything does."""
-    files = {ROBOT_FILE: cell.robot_file_hash}
-    if cell.overrides:
-        files[OVERRIDES] = sha256("\n".join(sorted(cell.overrides)).encode()).hexdigest()
-    return files
+    """sha256 of a cell's robot file, and of what overrides it."""
+    overrides = sha256("\n".join(sorted(cell.overrides)).encode()).hexdigest()
+    return {ROBOT_FILE: cell.robot_file_hash, OVERRIDES: overrides}
+
+
+def _is_of_other_values(state: AnchoredState, cell: Cell) -> bool:
+    """Whether a state says that it was found with other overrides of its robot file."""
+    own = made_from_robot(cell)[OVERRIDES]
+    return state.made_from.get(OVERRIDES, own) != own
 
 
 def state_note(state: AnchoredState, age: float, replaced: str, cell: Cell) -> Finding:
@@ -264,7 +268,7 @@ def state_note(state: AnchoredState, age: float, replaced: str, cell: Cell) -> F
         f"the robot begins as {state.digest[:8]} has it ({state.verdict}, at {state.time:.0f} s{since}){instead}; it "
         f"holds {limit_words(state.window)} from then, standing"
     )
-    is_other = state.made_from.get(OVERRIDES) != made_from_robot(cell).get(OVERRIDES)
+    is_other = _is_of_other_values(state, cell)
     if is_other:
         message += "; it was found with other values of the robot file (--set robot.KEY=VALUE): give the same here"
     level = Level.WARNING if is_other or state.verdict == "something moved" else Level.NOTE

@@ -84,6 +84,14 @@ def test_modes_that_show_other_rises_than_the_state_says_are_refused(tmp_path):
     assert_allclose(without.start_rise(), typed.rise, atol=1e-6)
 
 
+def test_modes_of_a_network_with_other_values_give_way_to_its_rises(tmp_path):
+    """A state as it was written was refused where the file's floor is given otherwise: *take the file as written*."""
+    job = load_job(SPIRAL, overrides=["robot.thermal.model=network"])
+    colder = with_state(state_of(job), tmp_path, "robot.thermal.model=network", "robot.thermal.network.floor_W_K=3")
+    assert_allclose(colder.start_rise(), job.start_rise(), atol=1e-6)
+    assert any("found with other values of the robot file" in f.message for f in colder.input_findings)
+
+
 def test_an_aged_state_has_stood(hot, tmp_path):
     aged = with_state(state_of(hot), tmp_path, "state.age_min=20")
     stood = load_job(SPIRAL, overrides=["before.1.state=idle", f"before.1.duration_h={1 / 3!r}"])
