@@ -152,8 +152,7 @@ def identify(
     check_plausible(robot, model, data)
     data = data if lost_motion is None else with_runs_as_poses(data, lost_motion)
     candidates = _fitted_candidates(model, data, progress)
-    best = richest_of_the_best([c.cross_validation for c in candidates])
-    check_fitted_turns(data, candidates[best].fit)
+    best = _best_of(candidates, data)
     progress(stages.WARMTH, 0.9)
     misread = log_findings(model, data, candidates[best].fit, facts.nodes) if facts is not None else []
     data, selected, of_warmth = _with_needed_warmth(model, data, candidates[best], temperatures=temperatures)
@@ -189,6 +188,13 @@ def identify(
         lost_motion=lost_motion,
         limits=limits,
     )
+
+
+def _best_of(candidates: Sequence[FittedCandidate], data: Measurements) -> int:
+    """Which candidate to go by; raises InputError where it leaves orientations that are not the arm's."""
+    best = richest_of_the_best([c.cross_validation for c in candidates])
+    check_fitted_turns(data, candidates[best].fit)
+    return best
 
 
 def _of_one_warmth(facts: ArmFacts) -> ArmFacts:

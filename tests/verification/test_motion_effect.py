@@ -46,6 +46,17 @@ def effect(job, motion=None):
     return motion_effect(prepared, np.zeros(2, dtype=bool))
 
 
+def test_samples_touch_on_both_ends_of_lines_that_do(job):
+    """The corner ends the first line and begins the second."""
+    prepared = prepare(twin_of(job), corner(), job.history.before, job.history.air)
+    before, along = prepared.samples_per_segment[0], np.arange(prepared.sample_count)
+    for touching, expected in (
+        ((True, False), along <= before), ((False, True), along >= before), ((False, False), along >= 0),
+        ((True, True), along >= 0),
+    ):  # fmt: skip
+        assert np.array_equal(prepared.touching_samples(np.array(touching)), expected)
+
+
 def beside_a_corner(window):
     """How far two means of a window lead the tool off its lines, by a convolution on a grid of 0.1 ms [m].
 
