@@ -269,8 +269,8 @@ def _way_findings(result: Correction) -> Iterator[Finding]:
         if len(stations):
             message = f"{_lines_at(result, stations)}: {words} {robot} between its ends: only the ends are judged"
             yield Finding(level, Code.CORRECTION_REACH, message)
-    for words, stations in ways_past_limits(result).items():
-        message = f"{_lines_at(result, stations)}: on the way there, between ends that keep it, {words}"
+    for words, of_way in ways_past_limits(result).items():
+        message = f"{_lines_at(result, of_way)}: on the way there, between ends that keep it, {words}"
         yield Finding(Level.WARNING, Code.CORRECTION_REACH, f"{message}; teach a position between")
     unsure = np.flatnonzero(result.plan.free & drive.line & (drive.origin == NONE))
     unsure = unsure[unsure > 0]
