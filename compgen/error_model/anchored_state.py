@@ -46,6 +46,7 @@ class AnchoredState:
     time: float  # [s] on the clock of touches and log
     window: float  # [s] how long after that it holds, the robot standing
     verdict: Verdict
+    reference: float | None = None  # [degC] that rises and air count from; None: nobody said
     made_from: Mapping[str, str] = field(default_factory=dict)  # sha256 of each file
     digest: str = ""  # sha256 of the state's own file
 
@@ -69,6 +70,7 @@ class _State(Table):
     window_s: Annotated[FiniteFloat, Field(ge=0, le=1e6)]
     air_K: Annotated[FiniteFloat, Field(ge=-80, le=80)]
     heat_model: Literal["nodes", "network"]
+    reference_degC: Annotated[FiniteFloat, Field(ge=-20, le=60)] | None = None
 
 
 class _Warmth(Table):
@@ -150,6 +152,7 @@ def parse_state(content: bytes, source: str) -> AnchoredState:
         time=file.state.time_s,
         window=file.state.window_s,
         verdict=file.state.verdict,
+        reference=file.state.reference_degC,
         made_from=file.made_from,
         digest=sha256(content).hexdigest(),
     )
@@ -175,6 +178,7 @@ def state_text(state: AnchoredState) -> str:
             nine_digits(state.window) + 0.0, "how long after that it holds, the robot standing with its servo on"
         ),
         "air_K": nine_digits(state.air) + 0.0,
+        **({} if state.reference is None else {"reference_degC": nine_digits(state.reference) + 0.0}),
     }
     rise = {"node": list(state.nodes), "K": _number_list(state.rise), "sigma_K": _number_list(sigma[:K])}
     file["correlation"] = correlation

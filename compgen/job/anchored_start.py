@@ -1,5 +1,6 @@
 """A state in place of history: the cell that begins with it, its base moved and its drifting numbers changed."""
 
+import json
 import os
 from dataclasses import replace
 from hashlib import sha256
@@ -13,7 +14,7 @@ from compgen.core.dates import duration
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
-from compgen.core.toml import toml_value
+from compgen.core.toml import dotted_keys, toml_value
 from compgen.core.units import MINUTE, limit_words
 from compgen.error_model.anchored_state import ACCEPTED, BASE, AnchoredState, read_state
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
@@ -26,25 +27,25 @@ from compgen.thermal.schedule import STANDING, History
 from compgen.thermal.tables.schema import AmbientTable
 
 ROBOT_FILE, OVERRIDES = "robot_file", "robot_overrides"  # keys in what a state was made from
+OF_ARM = ("dh.", "pendant.", "thermal.", "sources.", "identified.")  # tables of a robot file that a state rests on
+OTHER_VALUES = "it was found with other values of the robot file (--set robot.KEY=VALUE): give the same here"
 ALIKE = 0.01  # [K] by which rises may differ that a state says twice
 
 
-def load_state(source: str, cell: Cell, age: float = 0.0) -> AnchoredState:
+def load_state(source: str, cell: Cell, age: float = 0.0, reference: float | None = None) -> AnchoredState:
     """A state that may stand in place of a cell's history.
 
     Args:
         source: Its file.
         cell: That shall begin with it.
         age: How long ago it was [s].
+        reference: What rises and air count from [degC]; None: nobody says, so as the state has it.
 
     Raises:
-        InputError: Wrong, of another robot file or heat model, older than its window, or with no verdict to go by.
+        InputError: Wrong, of another robot file or heat model, counted from another temperature, older than its
+            window, or with no verdict to go by.
     """
-    return check_state(read_state(source), source, cell, age)
-
-
-def check_state(state: AnchoredState, source: str, cell: Cell, age: float) -> AnchoredState:
-    """``load_state`` for a state that is at hand."""
+    state = read_state(source)
     if state.verdict not in ACCEPTED:
         raise InputError(
             f"{source}: state.verdict: '{state.verdict}': it does not say what the robot is; touch what cgen anchor "
@@ -60,6 +61,11 @@ def check_state(state: AnchoredState, source: str, cell: Cell, age: float) -> An
         raise InputError(
             f"{source}: rise.node: {', '.join(state.nodes)}; {cell.robot_file} has {', '.join(cell.heat.names)}; "
             "anchor again with this heat model"
+        )
+    if reference is not None and state.reference not in (None, reference):
+        raise InputError(
+            f"{source}: state.reference_degC: it counts from {state.reference:g} degC, here rises and air count from "
+            f"{reference:g} (ambient.reference_degC): give both the temperature at which the robot was calibrated"
         )
     if age > state.window:
         raise InputError(
@@ -93,7 +99,7 @@ def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:
     ]
     heat = cell.heat
     start, (which, of_state) = state.modal, _common(cell, state)
-    if start is None or heat.law is not None or len(start) != len(heat.rate) or _is_of_other_values(state, cell):
+    if start is None or heat.law is not None or len(start) != len(heat.rate) or is_of_other_values(state, cell):
         start = state_with_rises(heat, which, state.rise[of_state])
     elif (apart := np.abs(heat.outputs[which] @ start - state.rise[of_state])).max() > ALIKE:
         name = heat.names[which[int(apart.argmax())]]
@@ -190,7 +196,7 @@ class Before(NamedTuple):
 
     duties: tuple[Duty, ...] = ()
     air: float | None = None  # [K] above the reference, then and while it runs; None: nobody says
-    reference: float = AmbientTable().reference_degC  # [degC] at which the robot was calibrated
+    reference: float | None = None  # [degC] at which the robot was calibrated; None: nobody says
 
 
 class Beginning(NamedTuple):
@@ -207,7 +213,7 @@ def begin(cell: Cell, before: Before, source: str | None, age: str | None) -> Be
 
     Args:
         cell: The robot.
-        before: What it did; air that nobody says is as the state has it, or as warm as the reference.
+        before: What it did; air and reference that nobody says are as the state has them, or as usual.
         source: A state's file in place of that; None: there is none.
         age: How long ago it was, as it is typed.
 
@@ -217,14 +223,20 @@ def begin(cell: Cell, before: Before, source: str | None, age: str | None) -> Be
     since = seconds_of_age(age)
     if source is None:
         state_overrides("", None, since)
-        return Beginning(cell, before.duties, before.air or 0.0, before.reference)
+        return Beginning(cell, before.duties, before.air or 0.0, _first_said(before.reference))
     if before.duties:
         raise InputError(f"--before: a state stands in place of history (--state {source}); leave one of them out")
-    state = load_state(source, cell, since)
+    state = load_state(source, cell, since, before.reference)
     cell = cell_with_state(cell, state, source)
     cell = replace(cell, input_findings=(*cell.input_findings, state_note(state, since, "", cell)))
     standing = (replace(STANDING, duration=since),) if since > 0 else ()
-    return Beginning(cell, standing, state.air if before.air is None else before.air, before.reference)
+    air = state.air if before.air is None else before.air
+    return Beginning(cell, standing, air, _first_said(before.reference, state.reference))
+
+
+def _first_said(*references: float | None) -> float:
+    """What rises count from [degC]: the first that is said, else as usual."""
+    return next((r for r in references if r is not None), AmbientTable().reference_degC)
 
 
 def state_overrides(path_file: str, state: str | None, age: float) -> list[str]:
@@ -249,13 +261,19 @@ def state_overrides(path_file: str, state: str | None, age: float) -> list[str]:
 
 
 def made_from_robot(cell: Cell) -> dict[str, str]:
-    """sha256 of a cell's robot file, and of what overrides it."""
-    overrides = sha256("\n".join(sorted(cell.overrides)).encode()).hexdigest()
+    """sha256 of a cell's robot file, and of values of the arm that override it, however they are typed."""
+    keys = [item.partition("=")[0].strip().removeprefix("robot.") + "." for item in cell.overrides]
+    values = {
+        key: value
+        for key, value in dotted_keys(cell.inputs).items()
+        if key.startswith(OF_ARM) and any(f"{key}.".startswith(k) or k.startswith(f"{key}.") for k in keys)
+    }
+    overrides = sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
     return {ROBOT_FILE: cell.robot_file_hash, OVERRIDES: overrides}
 
 
-def _is_of_other_values(state: AnchoredState, cell: Cell) -> bool:
-    """Whether a state says that it was found with other overrides of its robot file."""
+def is_of_other_values(state: AnchoredState, cell: Cell) -> bool:
+    """Whether a state says that it was found with other values of the robot file than a cell's."""
     own = made_from_robot(cell)[OVERRIDES]
     return state.made_from.get(OVERRIDES, own) != own
 
@@ -268,8 +286,8 @@ def state_note(state: AnchoredState, age: float, replaced: str, cell: Cell) -> F
         f"the robot begins as {state.digest[:8]} has it ({state.verdict}, at {state.time:.0f} s{since}){instead}; it "
         f"holds {limit_words(state.window)} from then, standing"
     )
-    is_other = _is_of_other_values(state, cell)
+    is_other = is_of_other_values(state, cell)
     if is_other:
-        message += "; it was found with other values of the robot file (--set robot.KEY=VALUE): give the same here"
+        message += f"; {OTHER_VALUES}"
     level = Level.WARNING if is_other or state.verdict == "something moved" else Level.NOTE
     return Finding(level, Code.STATE, message)

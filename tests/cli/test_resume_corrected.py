@@ -177,10 +177,12 @@ def state_file(folder, **changes):
 def test_a_page_that_has_run_is_not_judged(tmp_path):
     """To be as warm as the state says, in such air, the arm would have cooled by some 6 K in a pause on page 2."""
     job = pages_of(tmp_path, "pages", history=(), between=("WAIT 7200.00(sec)",))
-    state = ("--state", state_file(tmp_path, air=-14.0))
+    state = ("--state", state_file(tmp_path, air=-14.0, verdict="something moved"))
     result = run("resume", job, "--from-page", "3", *state, *RESUME[2:], "--json")
     assert result.returncode == 0, result.stderr
-    (page,) = json.loads(result.stdout)["pages"]
+    record = json.loads(result.stdout)
+    assert sum("find what moved before they run" in f["message"] for f in record["findings"]) == 1
+    (page,) = record["pages"]
     assert page["before"]["max_um"] > 50 > 5 > page["after"]["max_um"]
 
 

@@ -17,9 +17,10 @@ import compgen
 from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, MINUTE, UM
 from compgen.error_model.anchored_state import read_state, state_text
-from compgen.job.anchored_start import Before, begin, seconds_of_age
+from compgen.job.anchored_start import Before, begin, made_from_robot, seconds_of_age
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.planned import generate
 
 ATOL_M = 1e-9
@@ -244,3 +245,40 @@ def test_a_program_that_exists_is_corrected_for_the_air_of_its_state(hot, tmp_pa
     assert begin(hot.cell, Before(air=2.5), state, "20min").air == 2.5
     assert begin(hot.cell, Before(), None, None).air == 0.0
     assert begin(hot.cell, Before(air=2.5), None, None).air == 2.5
+
+
+@pytest.mark.parametrize("said", ["ambient.reference_degC=20", "ambient.value_degC=24"])
+def test_a_state_that_counts_from_another_temperature_is_refused(hot, said, tmp_path):
+    """Its air, 4 K above 20 degC, was taken for 4 K above whatever the path file counts from."""
+    state = state_of(hot, air=4.0, reference=20.0)
+    assert with_state(state, tmp_path, said).history.air is not None
+    other = replace(state, reference=24.0)
+    with pytest.raises(InputError, match=r"counts from 24 degC, here rises and air count from 20 .*calibrated"):
+        with_state(other, tmp_path, said)
+    assert with_state(other, tmp_path).history.air.at(np.zeros(1)) == 4.0  # nobody says: as the state has it
+    assert with_state(replace(state, reference=None), tmp_path, said).cell.state.reference is None  # an older file
+
+
+def test_a_program_that_exists_counts_from_what_its_state_counts_from(hot, tmp_path):
+    state = written(state_of(hot, reference=24.0), tmp_path)
+    assert begin(hot.cell, Before(), state, None).reference == 24.0
+    assert begin(hot.cell, Before(reference=24.0), state, None).reference == 24.0
+    assert begin(hot.cell, Before(), None, None).reference == 20.0
+    with pytest.raises(InputError, match="counts from 24 degC"):
+        begin(hot.cell, Before(reference=20.0), state, None)
+
+
+def test_values_of_the_robot_file_are_the_same_however_they_are_typed(hot, tmp_path):
+    length = load_job(SPIRAL, None, ["robot.thermal.cte_um_m_K=12"])
+    state = written(state_of(length, made_from=made_from_robot(length.cell)), tmp_path)
+
+    def is_warned(*overrides):
+        cell = load_cell("m710ic50", overrides)
+        (note,) = [f for f in begin(cell, Before(), state, None).cell.input_findings if f.code == "state"]
+        return "found with other values" in note.message
+
+    for typed in ("thermal.cte_um_m_K=12", "robot.thermal.cte_um_m_K=12.0", "robot.thermal.cte_um_m_K = 1.2e1"):
+        assert not is_warned(typed)
+    assert not is_warned("thermal.cte_um_m_K=15", "thermal.cte_um_m_K=12")  # the last one counts
+    assert is_warned("thermal.cte_um_m_K=15")
+    assert is_warned()

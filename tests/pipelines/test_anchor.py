@@ -488,6 +488,7 @@ def test_the_command_writes_state_page_and_record(days, tmp_path):
     assert result.returncode == 0, result.stderr
     first = target.read_bytes()
     assert read_state(str(target)).verdict in ("anchored", "leave it")
+    assert read_state(str(target)).reference == 20.0
     assert result.stdout.count("um rms, with the touches to ") == 1
     record = json.loads((tmp_path / "page" / "anchor.json").read_text())
     assert len(record["touches"]) == 8

@@ -17,6 +17,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.fanuc.paging.join_check import check_manifest
+from compgen.job.anchored_start import made_from_robot
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
@@ -317,6 +318,15 @@ def test_a_state_that_found_more_than_warmth_is_warned_of(made, tmp_path, verdic
     assert [("(something moved" in message, "find what moved" in message) for message in warnings] == (
         [(True, True)] if verdict == "something moved" else []
     )
+
+
+def test_a_state_of_other_values_of_the_robot_file_is_warned_of(made, tmp_path):
+    job = job_of(read_written_job(made))
+    files = {**made_from_robot(job.cell), "robot_overrides": "0" * 64}
+    file, _ = moved_state(made, tmp_path, made_from=files)
+    (warning,) = [f for f in by_state(made, 3, file).findings if f.code == "state"]
+    assert warning.level == "warning"
+    assert "other values of the robot file" in warning.message
 
 
 def test_a_state_older_than_its_window_is_refused(made, tmp_path):

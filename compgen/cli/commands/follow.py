@@ -202,7 +202,10 @@ def _load(
     else:
         job = within(job_of(written, path, robot), opt.bound_of(max_um))
         run = planned_run(written, plan_whole(job, _silent))
-    return FollowedJob(run=run, anchored=load_state(state, run.cell) if state is not None else None)
+    zero = run.zero.reference
+    reference = None if isinstance(zero, str) else zero
+    anchored = None if state is None else load_state(state, run.cell, reference=reference)
+    return FollowedJob(run=run, anchored=anchored)
 
 
 def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -> Sight:

@@ -186,8 +186,20 @@ def _state(
         time=forecast.time,
         window=_window(beside.job, forecast, beside.path),
         verdict=verdict,
+        reference=_counts_from(beside.job),
         made_from={**made_from_robot(cell), **made_from},
     )
+
+
+def _counts_from(job: Job) -> float | None:
+    """What rises and air of a job count from [degC]; None where it is the air, or the cold start, of a log."""
+    path, earlier = job.inputs["path"], job.cell.state
+    if earlier is not None and earlier.reference is not None:
+        return earlier.reference
+    said = None if path["log"] is None or earlier is not None else path["log"]["reference"]
+    if isinstance(said, str):
+        return None
+    return float(path["ambient"]["reference_degC"] if said is None else said)
 
 
 def _window(job: Job, forecast: Forecast, path: PathPlaces) -> float:

@@ -27,7 +27,7 @@ from compgen.program.frames import Frames, default_frames, load_frames
 from compgen.program.registers import Register, load_registers
 from compgen.robot.robot import Robot
 from compgen.thermal import Duty, tables
-from compgen.thermal.tables.schema import AmbientTable, StepTable
+from compgen.thermal.tables.schema import StepTable
 
 LARGEST = 10_000_000  # bytes
 
@@ -213,14 +213,13 @@ def load_before(items: Sequence[str]) -> Before:
         InputError: Not understood, or air that changes with time; says which and how it is written.
     """
     duties: list[Duty] = []
-    air, reference = None, AmbientTable().reference_degC
+    air, reference = None, None
     for item in items:
         where = item if item.endswith(".toml") else f"--before '{item}'"
         day = _day_file(item) if where == item else check(BeforeFile, {"before": [stretch(item)]}, where)
         duties += _plain_duties(day.before, where)
         table = day.ambient
-        if table.is_given or "reference_degC" in table.model_fields_set:
-            reference = table.reference_degC
+        reference = reference if table.counts_from is None else table.counts_from
         if table.is_given:
             if table.kind != "constant":
                 raise InputError(f"{item}: ambient.kind: a program that exists takes air that stays; give 'constant'")

@@ -11,7 +11,7 @@ The robot as a thermocouple log leaves it: the state that explains the readings,
 The robot as an anchored state has it: its warmth, its base, and what has drifted.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
@@ -23,10 +23,12 @@ import numpy as np
 from compgen.core.arrays import Array, owns
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
+from compgen.core.finding_codes import Code, Level
+from compgen.core.findings import Finding
 from compgen.core.toml import check, override, read_toml
 from compgen.core.units import DAY, MINUTE, limit_words
 from compgen.error_model.anchored_state import parse_state, state_text
-from compgen.job.anchored_start import cell_with_state, load_state
+from compgen.job.anchored_start import OTHER_VALUES, cell_with_state, is_of_other_values, load_state
 from compgen.job.job import Cell, Job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.schema import PathFile
@@ -246,7 +248,7 @@ def begin_with_state(known: Known, file: str, age: float, late: float | None = N
         InputError: A bad file, of another robot, older than its window, no newer than one that an earlier page is for.
     """
     plain, clock = known.plain(), known.clock_after(late, "--state", file)
-    state = load_state(file, plain, age)
+    state = load_state(file, plain, age, known.logged().ambient.counts_from)
     for entry in known.earlier:
         if entry.get("anchored") == state.digest:
             raise InputError(f"{file}: page {entry['from_page']} starts with this state; touch again, or say --late")
@@ -274,3 +276,15 @@ def begin_with_state(known: Known, file: str, age: float, late: float | None = N
         },
         air=state.air if air_stays else None,
     )
+
+
+def state_findings(begun: Begun) -> Iterator[Finding]:
+    """A state that found more than warmth, or was found with another robot."""
+    state = begun.cell.state
+    if "anchored" not in begun.cause or state is None:
+        return
+    if state.verdict == "something moved":
+        message = f"{begun.why}: the pages are for the base and the targets as touched; find what moved before they run"
+        yield Finding(Level.WARNING, Code.STATE, message)
+    if is_of_other_values(state, begun.cell):
+        yield Finding(Level.WARNING, Code.STATE, f"{begun.why}; {OTHER_VALUES}")

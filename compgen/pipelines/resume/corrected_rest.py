@@ -27,7 +27,7 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
 from compgen.pipelines.correct.program_pages import part_program
 from compgen.pipelines.files.twin_of_job import twin_of_cell
-from compgen.pipelines.resume.beginning import Begin, Known, Logged
+from compgen.pipelines.resume.beginning import Begin, Known, Logged, state_findings
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.pages_anew import with_manifest
 from compgen.pipelines.resume.result import Join, PagesAnew, Size, page_results, size_of
@@ -130,7 +130,10 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
         pages=results,
         join=join,
         begun=begun,
-        findings=tuple(f for f in new.findings if f.code is not Code.CONTROLLER_SIZE),  # of one file, not of pages
+        findings=(
+            *(f for f in new.findings if f.code is not Code.CONTROLLER_SIZE),  # of one file, not of pages
+            *state_findings(begun),
+        ),
     )
     start = {"start_state": started.tolist(), "air_K": air}
     return with_manifest(resumed, date, {"loaded": loaded, "done": done}, start)
@@ -181,7 +184,8 @@ def last_writer(calls: Earlier, page: int) -> int:
 def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> Known:
     """The robot at a place of the motion by the day so far."""
     heat, start, options = written.cell.heat, written.start, written.correction.options
-    air = still_air(options.air)
+    air, usual = still_air(options.air), AmbientTable()
+    zero = usual if options.reference == usual.reference_degC else AmbientTable(reference_degC=options.reference)
     (standing,) = with_losses(heat, [STANDING], motion)
     return Known(
         cell=written.cell,
@@ -192,7 +196,7 @@ def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion,
         air=air,
         standing=standing,
         motion=lambda: motion,
-        logged=lambda: Logged(AmbientTable(reference_degC=options.reference), None),
+        logged=lambda: Logged(zero, None),
         earlier=tuple(earlier),
         measured_air=options.air,
     )

@@ -31,7 +31,7 @@ from compgen.pipelines.planned.delivery import PageStart, page_facts
 from compgen.pipelines.planned.generate import final_timing, find_correction, start_windows
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import compose_program
-from compgen.pipelines.resume.beginning import Begin, Begun, known_state
+from compgen.pipelines.resume.beginning import Begin, known_state, state_findings
 from compgen.pipelines.resume.pages_anew import (
     prove_pages,
     read_written,
@@ -129,7 +129,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
         *job_findings.solver(solution, job.settings),
         *_text_findings(planned, trajectory, text, prepared),
         *_warmth_findings(planned),
-        *_moved_findings(begun),
+        *state_findings(begun),
     )
     return _with_manifest(replace(resumed, findings=findings), date, {"loaded": loaded, "done": done})
 
@@ -247,13 +247,6 @@ def _warmth_findings(planned: Planned) -> list[Finding]:
     job = planned.job
     texts = extrapolations(job.cell.heat, (), job.feed, planned.trajectory.time[-1], planned.rise)
     return [Finding.of(Code.THERMAL_BOX, text) for text in texts]
-
-
-def _moved_findings(begun: Begun) -> Iterator[Finding]:
-    """A state that found more than warmth."""
-    if begun.cause.get("state_verdict") == "something moved":
-        message = f"{begun.why}: the pages are for the base and the targets as touched; find what moved before they run"
-        yield Finding(Level.WARNING, Code.STATE, message)
 
 
 def _page_results(

@@ -84,6 +84,11 @@ class AmbientTable(Table):
         """Whether it says how warm the air is."""
         return bool(self.model_fields_set - {"reference_degC", "clock_h"})
 
+    @property
+    def counts_from(self) -> float | None:
+        """What rises count from [degC] where it says so, by its key or by the air that counts from it; else None."""
+        return self.reference_degC if self.is_given or "reference_degC" in self.model_fields_set else None
+
 
 class LogTable(DialectTable):
     """A thermocouple log; its end is the thermal state at the first [[before]]."""
