@@ -280,5 +280,6 @@ def test_values_of_the_robot_file_are_the_same_however_they_are_typed(hot, tmp_p
     for typed in ("thermal.cte_um_m_K=12", "robot.thermal.cte_um_m_K=12.0", "robot.thermal.cte_um_m_K = 1.2e1"):
         assert not is_warned(typed)
     assert not is_warned("thermal.cte_um_m_K=15", "thermal.cte_um_m_K=12")  # the last one counts
+    assert not is_warned("thermal.cte_um_m_K=12", "controller.max_positions=200")  # of which no state knows
     assert is_warned("thermal.cte_um_m_K=15")
     assert is_warned()
