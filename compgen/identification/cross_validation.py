@@ -72,7 +72,7 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
             continue
         of_fold = problem.equations(held_out, with_known=False)
         training = [a.without(b) for a, b in zip(all_rows, of_fold, strict=True)]
-        if sum(t.rows for t in training) * (data.sigma**2).min() < 3:
+        if sum(t.rows for t in training) < 3:
             continue
         refitted = problem.solve(training, learn_groups=True, learn_noise=True, rounds=ROUNDS)
         residual = problem.left(refitted.x, held_out)

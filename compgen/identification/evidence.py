@@ -45,7 +45,7 @@ class NormalEquations:
     matrix: Array  # (D, D) A'A
     vector: Array  # (D,) A'z
     sum_of_squares: float  # z'z
-    rows: float  # how many, by weight; none: their noise is known
+    rows: float  # how many, by their share; none: their noise is known
     kind: int = 0  # whose noise they have
 
     def without(self, other: "NormalEquations") -> "NormalEquations":
@@ -59,11 +59,19 @@ class NormalEquations:
         )
 
 
-def normal_equations(A: Array, z: Array, weight: Array, kind: int = 0) -> NormalEquations:
-    """Normal equations of rows A (n, D), z (n,), weights (n,) of one kind."""
-    root = np.sqrt(weight)
+def normal_equations(A: Array, z: Array, share: Array, sigma: Array, kind: int = 0) -> NormalEquations:
+    """Normal equations of rows A (n, D), z (n,) of one kind.
+
+    Args:
+        A: Slopes.
+        z: Residuals.
+        share: How much each counts as a row, (n,): 1, or 0 where it is set aside.
+        sigma: Its standard deviation relative to the kind's, (n,). A row of a small one is no more than one row.
+        kind: Whose noise they have.
+    """
+    root = np.sqrt(share) / sigma
     scaled, right = A * root[:, None], z * root
-    return NormalEquations(scaled.T @ scaled, scaled.T @ right, float(right @ right), float(weight.sum()), kind)
+    return NormalEquations(scaled.T @ scaled, scaled.T @ right, float(right @ right), float(share.sum()), kind)
 
 
 def pose_equations(A: Array, z: Array, weight: Array, pose: IntArray, rho: float) -> NormalEquations:

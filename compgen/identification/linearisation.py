@@ -239,6 +239,7 @@ class LinearProblem:
         """
         linear, D = self.linear, len(self.x)
         rho = self.scales.rho if rho is None else rho
+        sigma, share = self.data.sigma, self.weight * self.data.sigma**2
         keep = np.ones(len(self.weight), dtype=bool) if rows is None else rows
         equations = []
         for k in np.unique(self.data.kind).tolist():
@@ -246,7 +247,8 @@ class LinearProblem:
             A = linear.A[of_kind].reshape(-1, D)
             right = linear.z[of_kind].ravel() + A @ self.x
             measured = A.any(axis=1)  # a coordinate that was not measured is no row
-            equation = normal_equations(A[measured], right[measured], np.repeat(self.weight[of_kind], 3)[measured], k)
+            of_rows, of_sigma = (np.repeat(each[of_kind], 3)[measured] for each in (share, sigma))
+            equation = normal_equations(A[measured], right[measured], of_rows, of_sigma, k)
             if rho and k == PLACE:
                 pose, weight = self.data.pose[of_kind], self.weight[of_kind]
                 equation = equation.without(pose_equations(linear.A[of_kind], right.reshape(-1, 3), weight, pose, rho))
@@ -254,12 +256,13 @@ class LinearProblem:
         if len(linear.oriented):
             oriented = keep[linear.oriented]
             B, t = linear.B[oriented].reshape(-1, D), linear.turn[oriented].ravel()
-            w = np.repeat(self.weight[linear.oriented[oriented]], 3)
-            equations.append(normal_equations(B, t + B @ self.x, w, ORIENTATION))
+            of_rows, of_sigma = (np.repeat(each[linear.oriented[oriented]], 3) for each in (share, sigma))
+            equations.append(normal_equations(B, t + B @ self.x, of_rows, of_sigma, ORIENTATION))
         if len(linear.known):
             C = linear.C if with_known else linear.C[:0]
             right = linear.known[: len(C)] + C @ self.x
-            equations.append(replace(normal_equations(C, right, np.ones(len(C)), KNOWN), rows=0.0))
+            one = np.ones(len(C))
+            equations.append(replace(normal_equations(C, right, one, one, KNOWN), rows=0.0))
         return equations
 
     def solve(

@@ -55,7 +55,7 @@ def verdict_findings(
 ) -> list[Finding]:
     """The reasons of the verdict: the selected model against the nominal arm, joints, outliers, weak parameters."""
     fitted = selected.fit
-    usual = fitted.noise_of_row * np.sqrt(data.numbers)
+    usual = fitted.noise_of_row * data.sigma * np.sqrt(data.numbers)
     distance = np.linalg.norm(fitted.residual, axis=1)
     return [
         *_frames_told_apart(data, nominal, selected, identifiability),

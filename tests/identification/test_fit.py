@@ -156,13 +156,28 @@ def test_three_wild_rows_in_ten_neither_hide_nor_bend_the_fit(truth):
     assert_allclose(fitted.noise, NOISE, rtol=0.1)
 
 
+@pytest.mark.parametrize("sigma", [(1, 1), (0.3, 1.7)], ids=["alike", "10 and 60 um"])
+def test_the_noise_is_that_of_a_row_whatever_sigmas_the_rows_have(truth, sigma):
+    """A row of a third of the sigma is one row, not nine: the noise was told as half of it, and right rows set aside.
+
+    The noise that is drawn is the answer.
+    """
+    data, active, rng = of_two_sources(truth, 60)
+    own = rng.choice(np.array(sigma, dtype=float), len(data.pose))
+    exact = replace(truth, p=np.where(active, truth.p, 0.0)).noiseless(data)
+    position = exact + rng.normal(0, NOISE, exact.shape) * own[:, None]
+    fitted = fit(truth.model, replace(data, position=position, sigma=own), active)
+    assert fitted.outlier.sum() <= 1
+    assert_allclose(fitted.noise, NOISE, rtol=0.1)
+
+
 def test_the_linear_problem_meets_the_closed_form():
     rng = np.random.default_rng(0)
     A, z = rng.normal(size=(40, 6)), rng.normal(size=40)
     lam, s2 = np.array([0.5, 2.0]), 0.3
     group = np.array([0, 0, 1, 1])
     solution = posterior(
-        [normal_equations(A, z, np.ones(40))], Prior(group, np.array([1e-3, 1e-3]), np.zeros(2), np.full(2, 1e6)),
+        [normal_equations(A, z, *np.ones((2, 40)))], Prior(group, np.array([1e-3, 1e-3]), np.zeros(2), np.full(2, 1e6)),
         Scales(lam, np.array([s2, s2])), learn_groups=False, learn_noise=False,
     )  # fmt: skip
     D = np.diag([*(1 / lam[group]), 1e-3, 1e-3])
@@ -181,7 +196,7 @@ def test_unknowns_held_at_zero_leave_what_the_rows_say_without_their_columns():
 
     def solved(columns):
         prior = Prior(group[columns[:-2]], np.array([1e-3, 1e-2]), np.array([0.1, -0.2]), np.full(2, 1e6))
-        rows, scales = normal_equations(A[:, columns], z, np.ones(40)), Scales(lam, np.array([0.3]))
+        rows, scales = normal_equations(A[:, columns], z, *np.ones((2, 40))), Scales(lam, np.array([0.3]))
         return posterior([rows], prior, scales, learn_groups=False, learn_noise=False)
 
     whole, direct = solved(np.arange(8)), solved(rest)
@@ -198,7 +213,8 @@ def test_a_group_that_does_nothing_shrinks_and_one_that_works_does_not():
     A = rng.normal(size=(300, 20))
     z = A[:, :10] @ rng.normal(0, 3, 10) + rng.normal(0, 0.1, 300)
     solution = posterior(
-        [normal_equations(A, z, np.ones(300))], Prior(np.repeat([0, 1], 10), np.zeros(0), np.zeros(0), np.full(2, 1e6)),
+        [normal_equations(A, z, *np.ones((2, 300)))],
+        Prior(np.repeat([0, 1], 10), np.zeros(0), np.zeros(0), np.full(2, 1e6)),
         Scales(np.ones(2), np.array([1.0, 1.0])),
     )  # fmt: skip
     assert solution.scales.group[0] > 3
