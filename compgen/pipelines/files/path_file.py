@@ -153,8 +153,7 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
     programs = programs_of(program, cell, driven)
     state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
     age = 0.0 if path.state is None else path.state.age_min * MINUTE
-    # before files are hashed, for its own words
-    state = load_state(state_file, cell, age, path.ambient.counts_from) if state_file else None
+    state = load_state(state_file, cell, age, path.ambient.counts_from) if state_file else None  # before hashes
     others = files_read(path, str(source)) | (files.project.record(source) if files.project else {})
     history = _planned_day(path, programs, air)
     notes = (*notes, *read_findings(tables.held_air(path.ambient, air, history)))
