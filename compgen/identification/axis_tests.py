@@ -17,6 +17,7 @@ from compgen.identification.measured_poses import (
     joints_given,
     numbered,
     numbers_or,
+    relative_sigma,
     row_labels,
     words_or,
 )
@@ -30,7 +31,7 @@ PLACE = ("x_mm", "y_mm", "z_mm")
 DEVIATION = ("dx_um", "dy_um", "dz_um")
 TURN = ("w_deg", "p_deg", "r_deg")
 TOOL = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
-KNOWN = ("line", "run", "direction", "time_s", *PLACE, *DEVIATION, *TURN, *TOOL, *JOINTS)
+KNOWN = ("line", "run", "direction", "time_s", *PLACE, *DEVIATION, *TURN, *TOOL, *JOINTS, "sigma_um")
 
 
 def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
@@ -39,8 +40,8 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
     Columns: ``direction`` (1 towards larger coordinates, -1 back), commanded ``x_mm y_mm z_mm`` of the tool, measured
     deviations ``dx_um dy_um dz_um`` (those not measured stay empty), and where it matters ``line`` (rows with a common
     zero; else one), ``run``, ``w_deg p_deg r_deg`` of the tool (else pointing down), ``tool_x_mm tool_y_mm tool_z_mm``
-    (else the flange), or the joints ``j1_deg`` to ``j6_deg`` themselves. Each line has its own zero and is aligned with
-    World to about 1 mrad: both are fitted along.
+    (else the flange), ``sigma_um``, or the joints ``j1_deg`` to ``j6_deg`` themselves. Each line has its own zero and
+    is aligned with World to about 1 mrad: both are fitted along.
 
     Raises:
         InputError: Anything wrong, naming file, line and column.
@@ -68,6 +69,7 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
         instruments=tuple(f"{source}: line {name}" for name in lines),
         aligned=np.ones(len(lines), dtype=bool),
         notes=table.notes,
+        **relative_sigma(table),
     )
 
 

@@ -84,7 +84,7 @@ def read_distances(
         time=clock[row_of_pose],
         instrument=np.full(N, WORLD),
         reflector=reflector,
-        sigma=relative_sigma(table),
+        **relative_sigma(table),
         reflectors=reflectors,
         ends=replace(
             plain_ends(N),

@@ -148,7 +148,8 @@ class PoseNoise:
 def pose_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -> PoseNoise | None:
     """The noise that rows of one pose share, from residuals (N, 3) of some rows; None where they do not tell.
 
-    Within poses s^2 (n - 1) is left a coordinate, between them s^2 (1 + n rho), less what the parameters take up.
+    Within poses s^2 (n - 1) is left a coordinate, between them s^2 (1 + rho (sum 1/sigma)^2 / n), less what the
+    parameters take up: of alike rows, s^2 (1 + n rho).
 
     Args:
         data: Whose rows they are.
@@ -166,7 +167,8 @@ def pose_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -> P
     free_between = 3.0 * float(used.sum()) - known - 6 * len(data.instruments) - 3
     if free_within < SEEN_TWICE or free_between < SEEN_TWICE:
         return None
-    ratio, of_pose = between / free_between / (within / free_within), float(count[used].mean())
+    lever = np.bincount(pose, 1 / data.sigma[rows], len(count))[used] ** 2 / count[used]
+    ratio, of_pose = between / free_between / (within / free_within), float(lever.mean())
     spread = ratio * np.sqrt(2 / free_between + 2 / free_within) / of_pose
     return PoseNoise((ratio - 1) / of_pose, float(spread), within / free_within)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.table import read_table
 from compgen.core.rotations import rotation_matrix
-from compgen.core.units import DEG, MM
+from compgen.core.units import DEG, MM, UM
 from compgen.identification.measurements import Measurements, blank_rows
 from compgen.robot.inverse_kinematics import is_class
 from compgen.robot.robot import Robot
@@ -78,7 +79,7 @@ def read_poses(
         reflector=reflector,
         position=position * MM,
         rotation=_rotation(table),
-        sigma=relative_sigma(table),
+        **relative_sigma(table),
         reflectors=reflectors,
         instruments=(instrument,),
         aligned=np.array([False]),
@@ -295,9 +296,10 @@ def sigmas(table: CsvTable, low: float, high: float, *, gaps: bool) -> Array:
     return sigma
 
 
-def relative_sigma(table: CsvTable) -> Array:
-    """How uncertain each row is beside the others, (N,), median 1."""
+def relative_sigma(table: CsvTable) -> dict[str, Any]:
+    """How uncertain each row is beside the others, (N,), median 1, and which sigma [m] that is, as measurements."""
     if not table.has("sigma_um"):
-        return np.ones(len(table.line))
+        return {}
     sigma = sigmas(table, 1e-3, 1e5, gaps=False)
-    return np.asarray(sigma / np.median(sigma))
+    usual = float(np.median(sigma))
+    return {"sigma": sigma / usual, "usual_sigma": usual * UM}

@@ -110,7 +110,7 @@ class Measurements:
     ends: FarEnds
     position: Array  # (N, 3) [m] of the far end in the instrument's frame; NaN: not measured, or fitted along
     rotation: Array  # (N, 3, 3) in the instrument's frame; NaN: not measured
-    sigma: Array  # (N,) standard deviation relative to the other rows, median 1
+    sigma: Array  # (N,) standard deviation relative to the other rows of its kind, median 1
     label: tuple[str, ...]  # of each row: file and line
     reflectors: tuple[str, ...]
     instruments: tuple[str, ...]
@@ -122,6 +122,7 @@ class Measurements:
     guess_sigma: Array | None = None  # (R,) [m] how well that is known; None: it says where a fit begins, and no more
     shifted: Array | None = None  # (S, M, K) [K] rises by the log with its clock moved; None: no log
     half_width: Array | None = None  # (6, 2) [rad] of each joint's play, and its sigma; NaN: no run; None: no runs
+    usual_sigma: float | None = None  # [m] which a sigma of 1 stands for, as a file says; None: it says none
     notes: tuple[str, ...] = ()  # how files of another writer's form were understood
 
     def __post_init__(self) -> None:
@@ -231,7 +232,7 @@ def concatenate(files: list[Measurements]) -> Measurements:
         reflector=np.concatenate([number[p.reflector] for p, number in zip(files, reflector, strict=True)]),
         position=stack("position"),
         rotation=stack("rotation"),
-        sigma=stack("sigma"),
+        sigma=_stacked_sigmas(files),
         label=tuple(label for p in files for label in p.label),
         reflectors=tuple(names),
         instruments=tuple(i for p in files for i in p.instruments),
@@ -243,6 +244,17 @@ def concatenate(files: list[Measurements]) -> Measurements:
         guess=_stacked_guesses(files, reflector, len(names)),
         notes=tuple(note for p in files for note in p.notes),
     )
+
+
+def _stacked_sigmas(files: list[Measurements]) -> Array:
+    """Sigmas of all rows relative to those of their kind; where a file of a kind says none, each by its own file's."""
+    sigma, kind = (np.concatenate([getattr(p, name) for p in files]) for name in ("sigma", "kind"))
+    usual = np.concatenate([np.full(len(p.pose), np.nan if p.usual_sigma is None else p.usual_sigma) for p in files])
+    for rows in (kind == k for k in np.unique(kind)):
+        if len(np.unique(usual[rows])) > 1 and np.isfinite(usual[rows]).all():
+            sigma[rows] *= usual[rows]
+            sigma[rows] /= np.median(sigma[rows])
+    return sigma
 
 
 def _stacked_guesses(files: list[Measurements], reflector: list[IntArray], count: int) -> Array | None:

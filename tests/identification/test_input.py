@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from synthetic import random_theta
 
 from compgen.core.exceptions import InputError
@@ -13,7 +14,7 @@ from compgen.identification.distances import read_distances
 from compgen.identification.instrument_frames import initial_frames
 from compgen.identification.measured_poses import read_poses
 from compgen.identification.measurement_checks import check_copies, check_plausible, check_row_count
-from compgen.identification.measurements import concatenate, with_one_frame_a_name
+from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
 from compgen.identification.model import build_model
 from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures
 from compgen.pipelines.files.robot_file import load_any_robot, load_arm
@@ -212,6 +213,23 @@ def test_lines_need_both_senses_and_a_deviation(tmp_path, arm):
     assert np.isnan(data.position[:, 1:]).all()
     assert np.array_equal(data.direction[:4], -data.direction[4:])
     assert (data.direction[:, 1] != 0).all()
+
+
+def test_sigmas_weigh_rows_across_the_files_that_give_them(tmp_path, arm, rows):
+    """Of a gauge of 3 um, a tracker of 10 and 20 um, another of 200 um: each over the median of all, 20 um."""
+    files = list[Measurements]()
+    for name, of_row in (("a.csv", [10, 20]), ("b.csv", [200, 200])):
+        body = [[*r, str(of_row[k % 2])] for k, r in enumerate(rows)]
+        files.append(read(tmp_path, arm, text(body, HEAD + ",sigma_um"), name))
+    file = tmp_path / "lines.csv"
+    lines = "".join(f"{d},{x},0,0,{x / 100},3\n" for d in (1, -1) for x in (1100, 1200, 1300, 1400))
+    file.write_text("direction,x_mm,y_mm,z_mm,dx_um,sigma_um\n" + lines)
+    files.append(read_lines(str(file), arm, 0))
+    values = np.array(12 * [10, 20] + 24 * [200] + 8 * [3])
+    assert_allclose(concatenate(files).sigma, values / np.median(values), rtol=1e-12)
+    unsaid = read(tmp_path, arm, text(rows), "c.csv")
+    own = np.array(12 * [10 / 15, 20 / 15] + 56 * [1.0])
+    assert_allclose(concatenate([*files, unsaid]).sigma, own, rtol=1e-12)
 
 
 def test_three_stations_of_a_line_are_enough_to_see_a_joint_turn_back(tmp_path, arm):

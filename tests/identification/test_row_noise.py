@@ -89,11 +89,28 @@ def test_what_rows_of_a_pose_share_is_counted_pose_by_pose():
         own += len(rows) - 1
     within /= 3 * own - 3 * 2  # three reflectors, told but for their common shift
     between /= 3 * 59 - 12.5 - 2 * 6 - 3  # the parameters, two frames, that shift
-    count = used.sum() / 59
+    weights = [(1 / data.sigma)[used & (data.pose == m)] for m in range(1, 60)]
+    count = np.mean([w.sum() ** 2 / len(w) for w in weights])  # what a common shift adds to the squares of a mean
     assert found.variance == pytest.approx(within)
     assert found.rho == pytest.approx((between / within - 1) / count)
     freedoms = 2 / (3 * 59 - 27.5) + 2 / (3 * own - 6)
     assert found.spread == pytest.approx(between / within * np.sqrt(freedoms) / count)
+
+
+def test_what_poses_share_is_as_much_at_rows_of_another_sigma():
+    """Half of the poses by an instrument of a tenth of the noise: what the arm does at a pose is the same at both.
+
+    It was told as a share of each row's own sigma: five times too much of it.
+    """
+    rng, found, pose = np.random.default_rng(3), [], np.repeat(np.arange(60), 3)
+    data, _ = shared(rng, 60, 3, 0.0, 1.0)
+    data = replace(data, sigma=np.where(pose % 2, 1.0, 0.1))
+    for _ in range(200):
+        z = rng.normal(size=(180, 3)) * data.sigma[:, None] + rng.normal(0, np.sqrt(0.04), (60, 3))[pose]
+        noise = pose_noise(data, z, np.ones(180, dtype=bool), 0.0)
+        assert noise is not None
+        found.append(noise.rho)
+    assert np.mean(found) == pytest.approx(0.04 * 177 / 168, rel=0.1)  # of 171 numbers between poses none is taken up
 
 
 def test_the_noise_of_poses_is_found_as_well_as_it_says():
