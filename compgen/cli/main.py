@@ -114,7 +114,8 @@ def _about_option(option: str, command: str, arguments: Sequence[str], options: 
     near = get_close_matches(option, sorted(options.get(command, set())), 1, CLOSE)
     if near and not others:
         return f"; did you mean {near[0]}?"
-    return f"; cgen {', '.join(others[:4])}{' and others' * (len(others) > 4)} have it" if others else ""
+    have = "has" if len(others) == 1 else "have"
+    return f"; cgen {', '.join(others[:4])}{' and others' * (len(others) > 4)} {have} it" if others else ""
 
 
 def _about_file(arguments: Sequence[str], options: dict[str, set[str]]) -> str:

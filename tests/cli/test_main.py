@@ -52,7 +52,7 @@ def test_an_option_without_its_value_names_the_command_s_help(command):
         (["chek", "paths/line_y.toml"], "No such command 'chek'. Did you mean 'check'"),
         (["check", "--wokers", "2", "paths/line_y.toml"], "did you mean --workers?; see cgen check --help"),
         (["--json", "check", "paths/line_y.toml"], "behind it: cgen check ... --json"),
-        (["generate", "paths/line_y.toml", "--junit", "x"], "--junit; cgen check have it"),
+        (["generate", "paths/line_y.toml", "--junit", "x"], "--junit; cgen check has it"),
         (["paths/line_y.toml", "generate"], "the command comes first: cgen generate paths/line_y.toml"),
         (["PART.LS"], "the command comes first: cgen inspect PART.LS"),
         (["check", "paths/lin_y.toml"], "no such file; did you mean paths/line_y.toml?"),
