@@ -262,6 +262,13 @@ class GrowingLog:
     gaps: int  # cells that were no temperature
     set_back: float  # [s] by which the clock was set back in all
 
+    @property
+    def step(self) -> float:
+        """Usual time from row to row, of rows that come two or three at a time from those to those; 0: not known."""
+        steps = np.diff(self.readings.time) if self.readings is not None else np.zeros(0)
+        steps = steps[steps > 2 * LEAST_STEP]
+        return float(np.quantile(steps, 0.75, method="lower")) if len(steps) else 0.0
+
 
 def read_growing_log(
     source: str | Path,

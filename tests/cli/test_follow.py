@@ -180,6 +180,10 @@ def test_what_a_look_leaves_out_is_told(job, tmp_path):
     result, seen = look(job, "--log", file, "--started", "0s", "--within-um", "1000")
     assert "left out: part_5_degC" in result.stderr
     assert seen["notes"] == ["the log has no row for 3570 s before 3600 s: a gap, or its clock was set forward"]
+    for second in (0, 0.2):  # a logger of 15 min that writes two rows each time has no gap
+        often = [f"{900 * (n // 2) + n % 2 * second:g},{rows[0].split(',', 1)[1]}{n}" for n in range(8)]
+        file.write_text("\n".join([head.replace("part_3_", "part_5_"), *often]) + "\n")
+        assert look(job, "--log", file, "--started", "0s", "--within-um", "1000")[1]["notes"] == []
     file.write_text("\n".join([head, *(row.replace(".", ",") for row in rows)]) + "\n")
     result, seen = look(job, "--log", file, "--started", "0s")
     refused(result, 1, "none of its 4 rows has a time_s and a cell for each column")

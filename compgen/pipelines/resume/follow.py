@@ -228,7 +228,7 @@ def _notes(log: GrowingLog) -> tuple[str, ...]:
         notes.append(f"the log's clock was set back: its later rows are moved on by {log.set_back:.0f} s")
     time = log.readings.time if log.readings is not None else np.zeros(1)
     step = np.diff(time, prepend=time[0])
-    if (gap := float(step.max())) > max(GAP, 3 * float(np.median(step))):
+    if (gap := float(step.max())) > max(GAP, 3 * log.step):
         end = time[int(step.argmax())]
         notes.append(f"the log has no row for {gap:.0f} s before {end:.0f} s: a gap, or its clock was set forward")
     return tuple(notes)
