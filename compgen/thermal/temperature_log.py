@@ -13,7 +13,10 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
+from statistics import median
 from typing import Literal
 
 import numpy as np
@@ -37,6 +40,7 @@ HANGING = HOUR  # for which a live sensor does not stand at one value,
 FEWEST_SAME = 5  # readings in that time
 STEEP = (8.0, 1.0)  # where it changed in as long before by so many of its usual steps, and kelvins [tau >= 0.5 h]
 MOST = 500_000_000  # bytes
+MOST_OF_SECOND = 11  # rows, and three times the usual, beyond which the clock hangs
 LEAST_STEP = 0.001  # [s] behind the row before, for one that was moved on
 
 #: what rises count from: a temperature [degC], the air at the same time, or each sensor's own first readings
@@ -261,6 +265,7 @@ class GrowingLog:
     left_out: int  # rows
     gaps: int  # cells that were no temperature
     set_back: float  # [s] by which the clock was set back in all
+    rows: int = 0  # that were kept, with readings or without, where there is no reading yet
 
     @property
     def step(self) -> float:
@@ -304,15 +309,19 @@ def read_growing_log(
     filled = [k for k, name in enumerate(header) if any(cells[k] for _, cells in clean)]
     names = [header[k] for k in filled]
     if not set(names) - {"time_s", "ambient_degC"}:  # no sensor has a reading yet
-        return GrowingLog(None, left_out, gaps, shift)
+        return GrowingLog(None, left_out, gaps, shift, len(kept))
     table = table_of_rows(str(source), [(0, names), *((n, [cells[k] for k in filled]) for n, cells in clean)], ())
     return GrowingLog(temperatures_of(table, nodes, sensors), left_out, gaps, shift)
 
 
 def _in_order(rows: Sequence[Row]) -> tuple[list[Row], int, float]:
-    """Rows below a header by rising time, how many were left out, and by how much the clock was set back in all [s]."""
-    kept, seen, left_out = list[Row](), set[tuple[str, ...]](), 0
+    """Rows below a header by rising time, how many were left out, and by how much the clock was set back in all [s].
+
+    Where far more rows than usual stand in a second the clock hung: each is a usual step behind the one before.
+    """
+    kept, seen, left_out, moved = list[Row](), set[tuple[str, ...]](), 0, 0.0
     usual, shift, last, written = 0.0, 0.0, -math.inf, math.nan
+    of_second, often = _rows_of_seconds(rows)
     for n, cells in rows[1:]:
         if cells == rows[0][1]:
             continue
@@ -322,7 +331,10 @@ def _in_order(rows: Sequence[Row]) -> tuple[list[Row], int, float]:
             left_out += 1
             continue
         seen.add(tuple(cells))
-        if time + shift == written:  # other readings of the same second
+        if time + shift == written and of_second[cells[at]] > max(MOST_OF_SECOND, 3 * often):  # the clock hangs
+            last += max(usual / often, LEAST_STEP)
+            moved = max(moved, last - time)
+        elif time + shift == written:  # other readings of the same second
             last += LEAST_STEP
         else:
             if time + shift <= last:
@@ -330,7 +342,16 @@ def _in_order(rows: Sequence[Row]) -> tuple[list[Row], int, float]:
             usual, last = (time + shift - last if kept else 0.0), time + shift
             written = last
         kept.append((n, [*cells[:at], repr(last), *cells[at + 1 :]]))
-    return kept, left_out, shift
+    return kept, left_out, max(moved, shift)
+
+
+def _rows_of_seconds(rows: Sequence[Row]) -> tuple[Mapping[str, int], float]:
+    """How many different rows stand one behind the other with each time at most, and in a usual one."""
+    at = rows[0][1].index("time_s") if rows else 0
+    times = ((cells[at], tuple(cells)) for _, cells in rows[1:] if len(cells) == len(rows[0][1]))
+    runs = [(time, len(set(run))) for time, run in groupby(times, key=itemgetter(0))]
+    most = {time: count for time, count in sorted(runs, key=itemgetter(1))}
+    return most, median(count for _, count in runs) if runs else 1.0
 
 
 def _temperature(column: str, cell: str) -> str:

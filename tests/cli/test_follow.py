@@ -152,9 +152,13 @@ def test_it_says_what_it_sees_in_a_line(job, tmp_path):
         assert words in line
     empty = tmp_path / "empty.csv"
     empty.write_text("")
+    silent = tmp_path / "silent.csv"  # sensors that have said nothing yet, and a row that stands twice
+    silent.write_text("time_s,ambient_degC,part_3_degC\n0,20.1,\n10,20.1,\n10,20.1,\n")
     early = ("follow", job, "--log", log(tmp_path, 30), "--planned", "1h")
-    for call in (("follow", job, "--log", empty), early):
-        assert "no reading yet since the job was planned to start (--planned)" in run(*call, *ONCE).stdout
+    for call in (("follow", job, "--log", empty), ("follow", job, "--log", silent), early):
+        result = run(*call, *ONCE)
+        assert "no reading yet since the job was planned to start (--planned)" in result.stdout
+        assert result.returncode == 0
 
 
 def test_a_wild_log_is_read_as_far_as_it_goes(job, tmp_path):

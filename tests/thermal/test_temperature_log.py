@@ -87,6 +87,22 @@ def test_other_readings_of_the_same_second_do_not_move_the_clock():
     assert (log.left_out, log.set_back) == (0, 0.0)
 
 
+@pytest.mark.parametrize("often", [1, 2])
+def test_a_clock_that_hangs_is_moved_on_by_its_usual_step(often):
+    """10 s from row to row, told to so many rows: it ended with the second at which the clock stood."""
+    true = [10.0 * n for n in range(240)]
+    told = [min(t // (10 * often) * 10 * often, 180.0) for t in true]
+    values = [21 + n / 100 for n in range(240)]
+    log = read(rows(*zip(told, values, strict=True)))
+    assert_allclose(log.readings.time[18:], true[18:], atol=0.2)  # 1 ms of each pair
+    assert log.set_back == pytest.approx(2390 - 180, abs=0.2)
+    caught_up = read(rows(*zip([*told, 2400, 2410], [*values, 24, 25], strict=True)))
+    assert_allclose(caught_up.readings.time[-2:], [2400, 2410])
+    fast = read(rows(*((n // 50, 21 + n / 100) for n in range(500))))  # 50 rows in each second are no hanging clock
+    assert fast.readings.time[-1] == pytest.approx(9, abs=0.1)
+    assert fast.set_back == 0
+
+
 def test_a_growing_log_in_seconds_keeps_its_clock_however_its_cells_are_parted():
     data = b"time_s;ambient_degC;part_3_degC\n18600;20,0;21,5\n18630;20,0;21,75\n"
     for text in (data, data.replace(b"18600", b"310").replace(b"18630", b"310,5").replace(b"time_s", b"time_min")):

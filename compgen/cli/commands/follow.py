@@ -281,7 +281,7 @@ def _say(sight: Sight, log: str, within: float, *, as_json: bool, force: bool) -
 
 def _unread(log: "GrowingLog | None", source: str) -> str:
     """Why a log has no reading, though it has rows; empty where it has one."""
-    if log is None or log.readings is not None or not log.gaps + log.left_out:
+    if log is None or log.readings is not None or not (log.gaps or (log.left_out and not log.rows)):
         return ""
     if log.gaps:
         why = f"none of its {log.gaps} readings is a temperature of a cell; are they kelvin? give degC"

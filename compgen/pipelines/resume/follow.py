@@ -225,7 +225,7 @@ def _notes(log: GrowingLog) -> tuple[str, ...]:
     if log.gaps:
         notes.append(f"{log.gaps} readings are no temperatures of a cell and are left out")
     if log.set_back:
-        notes.append(f"the log's clock was set back: its later rows are moved on by {log.set_back:.0f} s")
+        notes.append(f"the log's clock was set back, or hung: later rows are moved on by {log.set_back:.0f} s")
     time = log.readings.time if log.readings is not None else np.zeros(1)
     step = np.diff(time, prepend=time[0])
     if (gap := float(step.max())) > max(GAP, 3 * log.step):
