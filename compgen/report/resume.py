@@ -214,6 +214,7 @@ def look_record(
         "time_s": look.time,
         "page": look.running,
         "share": round(look.share, 4),
+        "begun_behind_log": look.behind,
         "loaded": look.loaded,
         "over": look.over,
         "rise_K": [round(x, 3) for x in look.rise.tolist()],
@@ -248,6 +249,8 @@ def look_words(look: Look | None, resumed: Resumed | ResumedProgram | None, with
     where = f"page {look.running} runs ({100 * look.share:.0f} %)" if look.running else "the robot stands"
     if look.over:
         where = "the last page has ended"
+    if look.behind:
+        where = f"by the log {where}; --pages says page {look.behind} has begun"
     rises = " ".join(f"{r:.2f}" for r in look.rise.tolist())
     parts = [f"{look.time:.0f} s: {where}; rises {rises} K, +- {2 * look.sigma.max():.1f} at 95 %"]
     parts += [f"page {f.page} forecast {f.max / UM:.1f} um (rms {f.rms / UM:.1f})" for f in look.forecasts]

@@ -196,12 +196,34 @@ def test_what_a_look_leaves_out_is_told(job, tmp_path):
 
 
 def test_a_log_that_no_longer_changes_is_told(job, tmp_path, monkeypatch):
-    file, clock = log(tmp_path, 30), iter(range(0, 10**6, 301))
-    monkeypatch.setattr(time, "monotonic", lambda: float(next(clock)))
-    pauses = iter([lambda: None] * 4 + [lambda: log(tmp_path, 40000)])
-    monkeypatch.setattr(time, "sleep", lambda pause: next(pauses)())
-    result = run("follow", job, "--log", file, "--started", "0s", "--within-um", "1000")
-    assert result.stderr.count("has not changed for 10 min") == 1
+    """Twice, while pages are still written down; a logger of 5 min may be silent for 15."""
+    now = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    spans = [p["start_s"] for p in json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["pages"]]
+    pages = [(0, 1, ""), (spans[1], 2, ""), (spans[2], 3, "")]
+
+    def slow(rows):
+        head, first, *_ = log(tmp_path, 30).read_text().splitlines()
+        lines = [f"{300 * n},{first.split(',', 1)[1]}" for n in range(rows)]
+        (tmp_path / "log.csv").write_text("\n".join([head, *lines]) + "\n")
+
+    told = [lambda n=n: pages_file(tmp_path, *pages[:n]) for n in (2, 3)]
+    still, end = [lambda: None] * 4, [lambda: pages_file(tmp_path, *((s, k, "") for k, s in enumerate(spans, 1)))]
+    steps = [*told, *still, lambda: log(tmp_path, 40), *still, lambda: slow(4), still[0], *end]
+    steps += [lambda: log(tmp_path, spans[-1] + 40000)]
+    pauses = iter(steps)
+
+    def pause(seconds):
+        now[0] += 301
+        next(pauses)()
+
+    monkeypatch.setattr(time, "sleep", pause)
+    file, rows = log(tmp_path, 30), pages_file(tmp_path, *pages[:1])
+    result = run("follow", job, "--log", file, "--pages", rows, "--within-um", "1000")
+    assert result.stderr.count("has not changed for 10 min") == 2
+    assert result.stderr.count("has not changed") == 2
+    assert "30 s: by the log page 1 runs (" in result.stdout
+    assert "; --pages says page 3 has begun; rises" in result.stdout
     assert "the last page has ended" in result.stdout
 
 

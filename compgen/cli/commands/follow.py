@@ -5,7 +5,7 @@ import sys
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,14 +21,14 @@ from compgen.cli.commands.resume import (
 )
 from compgen.cli.options import options as opt
 from compgen.cli.options.page_options import PageChoice, page_place
-from compgen.cli.screen.messages import print_error, print_note_once
+from compgen.cli.screen.messages import print_error, print_note, print_note_once
 from compgen.cli.screen.streams import reader_has_left
 from compgen.core import interrupts
 from compgen.core.dates import duration
 from compgen.core.exceptions import InputError
 from compgen.core.exit_codes import ExitCode
 from compgen.core.findings import beyond_text
-from compgen.core.units import UM
+from compgen.core.units import MINUTE, UM
 
 if TYPE_CHECKING:
     from compgen.error_model.anchored_state import AnchoredState
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from compgen.thermal.temperature_log import GrowingLog
 
 LONGEST_POLL = 3600.0  # s
-QUIET = 600.0  # s without a change of the log, from which on that is told
+QUIET = 600.0  # s without a change of the log, and three times its usual step, from which on that is told
 WITHIN_UM = 5.0  # that a page may leave where nobody says
 
 
@@ -89,14 +89,34 @@ class Watch:
 
     def fingerprint(self) -> bytes:
         """What tells whether a watched file has changed."""
-        facts: list[Any] = []
-        for name in (self.log, self.pages):
-            try:
-                status = Path(name).stat() if name is not None else None
-            except OSError:
-                status = None
-            facts.append(status and (status.st_size, status.st_mtime_ns, status.st_ino))
-        return repr(facts).encode()
+        return repr([_facts(name) for name in (self.log, self.pages) if name is not None]).encode()
+
+
+def _facts(name: str) -> tuple[int, ...] | None:
+    """What tells whether a file has changed; None where it is not there."""
+    try:
+        status = Path(name).stat()
+    except OSError:
+        return None
+    return status.st_size, status.st_mtime_ns, status.st_ino
+
+
+@dataclass(slots=True)
+class Stillness:
+    """Since when a log has not changed, and whether that was told."""
+
+    facts: tuple[int, ...] | None = ()
+    since: float = 0.0  # [s]
+    is_told: bool = False
+
+    def tell(self, log: str, step: float) -> None:
+        """Say once a stop that a log whose rows are so far apart [s] has not changed for long."""
+        now, facts, most = time.monotonic(), _facts(log), max(QUIET, 3 * step)
+        if facts != self.facts:
+            self.facts, self.since, self.is_told = facts, now, False
+        elif not self.is_told and now - self.since > most:
+            self.is_told = True
+            print_note(f"--log {log}: has not changed for {most / MINUTE:.0f} min; mend the logger")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,11 +177,11 @@ def follow(
         print_note_once(f"--pages {watch.pages}: not there yet, so that no page counts as begun; check its name")
     interrupts.raise_on_signal()
     interrupts.set_outcome("the pages are as last written")
-    before, sight, changed = b"", Sight(), time.monotonic()
+    before, sight, still = b"", Sight(), Stillness()
     while True:
         seen = watch.fingerprint()
         if seen != before or watch.once:
-            before, changed = seen, time.monotonic()
+            before = seen
             sight = _look(job, watch, limits, date=date)
             resumed = sight.resumed
             if resumed is not None and resumed.replaced and (resumed.is_usable or force):
@@ -169,8 +189,7 @@ def follow(
                 job = replace(job, run=job.run.reread(read_written_job(place.folder)))
             if not screen.quiet or screen.as_json:
                 _say(sight, watch.log, limits.within_um, as_json=screen.as_json, force=force)
-        elif time.monotonic() - changed > QUIET:
-            print_note_once(f"--log {watch.log}: has not changed for 10 min, and no page is looked at; mend the logger")
+        still.tell(watch.log, sight.readings.step if sight.readings is not None else 0.0)
         if watch.once or (sight.look is not None and sight.look.over) or reader_has_left():
             break
         interrupts.raise_if_interrupted()

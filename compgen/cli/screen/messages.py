@@ -73,11 +73,16 @@ def print_note_once(note: str) -> None:
 
     A compiler that is stopped has not failed.
     """
-    if {"-q", "--quiet"} & {*sys.argv[1:]}:
-        return
-    if note not in _printed_notes and not interrupts.pending_interrupt():
+    if note not in _printed_notes and print_note(note):
         _printed_notes.add(note)
-        sys.stderr.write(f"{one_line(f'cgen: note: {note}')}\n")
+
+
+def print_note(note: str) -> bool:
+    """``print_note_once`` as often as it is called; returns whether it was printed."""
+    if {"-q", "--quiet"} & {*sys.argv[1:]} or interrupts.pending_interrupt():
+        return False
+    sys.stderr.write(f"{one_line(f'cgen: note: {note}')}\n")
+    return True
 
 
 def print_shown(shown: Iterable[object]) -> None:

@@ -43,6 +43,7 @@ class Look:
     time: float  # [s] on the log's clock
     running: int = 0  # page; 0: the robot stands
     share: float = 0.0  # of its motion that is done
+    behind: int = 0  # the last page that began behind the log's end, by who wrote it down; 0: none
     rise: Array  # (K,) [K]
     sigma: Array  # (K,) [K]
     missed: Array  # (K,) [K] of that, beside the model's forecast
@@ -108,6 +109,7 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
         time=now,
         running=page,
         share=elapsed / times.duration[page - 1] if page else 0.0,
+        behind=times.begun_behind(now),
         rise=sensed.rise,
         sigma=sensed.miss.sigma,
         missed=sensed.miss.rise,

@@ -51,6 +51,10 @@ class PageTimes:
         """The last page that has begun; 0: none."""
         return max((s.page for s in self.starts if s.time <= time), default=0)
 
+    def begun_behind(self, time: float) -> int:
+        """The last page of which somebody wrote that it began behind a time; 0: none."""
+        return max((s.page for s in self.starts if s.time > time), default=0) if self.told else 0
+
     def loaded(self, time: float) -> int:
         """The last page that the controller has: of those that have begun by then, and of all that somebody wrote."""
         return max((self.told, *(max(s.page, s.loaded) for s in self.starts if s.time <= time)))
