@@ -18,6 +18,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix
 from compgen.identification.evidence import Posterior, Scales, pose_equations
 from compgen.identification.instrument_frames import (
+    START_NOISE,
     InstrumentFrames,
     initial_frames,
     measured_distance,
@@ -44,7 +45,6 @@ DEGREES_OF_FREEDOM = 4.0  # of Student's t
 CONVERGED = 1e-10  # m: a step that moves no row further ends the fit
 NEGLIGIBLE = 1e-3  # share of the noise: so does one that moves no row further than this, when scales are learnt
 CHANCE = 0.01  # that Gaussian noise alone sets a row aside, somewhere in the data
-START_NOISE = 1e-4  # m
 SEEN_TWICE = 30.0  # degrees of freedom within and between poses that tell their noises apart
 LARGEST = 25.0  # of rho
 

@@ -26,11 +26,14 @@ from compgen.identification.measurements import NONE, PLACE, Measurements
 FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
 GUESSED = 0.2  # the same where a file says roughly where it is: to a few times what the nominal arm misses
 ROUNDS = 50
+START_NOISE = 1e-4  # [m] noise that a fit begins with; nominal arms leave more
 TURNED = 10 * DEG  # from where on orientations tell better how an instrument stands, places being off as they are
+TILTED = 0.5 * DEG  # rms by which two flanges differ about a second axis, from where on orientations alone tell it
 PRIOR = 1e-4  # [m] a place known so well beforehand counts as one row
 GRID = np.array([[x, y, z] for x in (0.0, -0.1, 0.1) for y in (0.0, -0.1, 0.1) for z in (0.1, 0.0, 0.2, 0.3)])
 IMPROVED = 3  # nodes of the grid that are improved
 TOLERANCE = 1e-3  # [m] misfit of a distance beyond which it counts less
+EPSILON = np.cross(np.eye(3)[:, None], np.eye(3)[None]).transpose(2, 0, 1)  # (a x b)_i = e_iab a_a b_b
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -143,13 +146,16 @@ def with_orientations(
     if not np.any(of):
         return frames
     distance = measured_distance(frames, data, position, rotation)
-    median = max(float(np.median(distance)), 1e-9)
+    median = max(float(np.median(distance)), START_NOISE)
     near = frames.near_ends(data, position, rotation)
     by_places = {
         i: np.cov(near[data.instrument == i].T, bias=True) / median**2 @ frames.rotation[i].T
         for i, rows in enumerate(of)
         if rows.any()
     }
+    alone = [_turned_alike(data.subset(rows), rotation[data.pose[rows]]) for rows in of]
+    begin = [known if turn is None else turn for turn, known in zip(alone, frames.rotation, strict=True)]
+    frames = replace(frames, rotation=np.array(begin))
     for _ in range(ROUNDS):
         turned = frames.rotation.copy()
         by_turns = rotation[data.pose] @ reflector_axes(data, frames, rotation)[data.reflector]
@@ -164,6 +170,22 @@ def with_orientations(
     of_rows, carried = np.unique(rows.instrument), np.unique(rows.reflector)
     origin[of_rows], reflector[carried] = anew.origin[of_rows], anew.reflector[carried]
     return replace(frames, origin=origin, reflector=reflector)
+
+
+def _turned_alike(rows: Measurements, rotation: Array) -> Array | None:
+    """F of the rows of one instrument by R' = F R A alone, whatever A each reflector has; None: too few are tilted.
+
+    A cancels between two rows n, m of a reflector, R'_n R'_m^T = F R_n R_m^T F^T: F turns the axis of the one into that
+    of the other. All pairs together are known from the moments of single rows.
+    """
+    product, pairs = np.zeros((3, 3)), 0
+    for r in np.unique(rows.reflector).tolist():
+        of = rows.reflector == r
+        moment = np.einsum("nac,ndf->acdf", rotation[of], rows.rotation[of])
+        pairs += int(of.sum()) ** 2
+        product += np.einsum("iab,jde,acdf,bcef->ij", EPSILON, EPSILON, moment, moment, optimize=True) / 4
+    tilted = np.linalg.svd(product, compute_uv=False)[1] > TILTED**2 * pairs
+    return kabsch(product) if tilted else None
 
 
 def _alternating(data: Measurements, frames: InstrumentFrames, position: Array, rotation: Array) -> InstrumentFrames:

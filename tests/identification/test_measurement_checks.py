@@ -358,6 +358,24 @@ def test_places_on_a_line_leave_open_how_the_instrument_stands_about_it():
         check_turns(arm, replace(data, rotation=np.swapaxes(data.rotation, 1, 2)))
 
 
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize(("tilt", "noise"), [(0.3, 1e-4), (0.1, 1e-4), (0.1, 0.0), (0.03, 1e-4)])
+@pytest.mark.parametrize("reflectors", [1, 2])
+def test_places_on_a_line_take_how_the_instrument_stands_from_small_tilts(tilt, noise, seed, reflectors):
+    """Frame and axes that only alternate were up to 57 deg from where they would come: *W P R, other Euler angles*."""
+    arm, rng, count = load_arm("m710ic50"), np.random.default_rng(seed), 20
+    ball = np.array([0.06, 0.01, 0.1])
+    place = np.array([1.3, 0.0, 0.3]) + np.linspace(-0.5, 0.5, count)[:, None] * [0, 1, 0]
+    tilted = np.diag([1.0, -1.0, -1.0]) @ rotation_matrix(rng.uniform(-tilt, tilt, (count, 3)))
+    theta = solve_tool(arm.robot, Pose(place, tilted), Pose(ball, np.eye(3)), Posture())[0]
+    base, *axes = rotation_matrix(rng.normal(size=(1 + reflectors, 3)))
+    of = np.arange(count) % reflectors
+    measured = place + rng.normal(0, 1, (count, 3)) * noise
+    data = seen_by_a_tracker(theta, measured @ base.T, base @ tilted @ np.array(axes)[of])
+    data = replace(data, reflector=of, reflectors=tuple("rs"[:reflectors]))
+    check_turns(arm, data)
+
+
 def test_sockets_of_distances_stay_where_orientations_say_how_the_tracker_stands():
     arm, rng, count = load_arm("m710ic50"), np.random.default_rng(6), 20
     theta = random_theta(arm.robot, rng, count)
