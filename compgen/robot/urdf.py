@@ -1,8 +1,10 @@
 """URDF files to the nominal arm of the class: six turning joints from a base to a flange."""
 
+import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from typing import NamedTuple
+from xml.parsers.expat import errors
 
 import numpy as np
 
@@ -18,6 +20,7 @@ MATCH = 1e-5  # m and rad over 1,000 poses
 MOST_LENGTH = 10.0  # [m] of a link, along an axis of its joint
 TIPS = ("flange", "tool0")  # names of an arm's end, the better one last
 TURNS = ("revolute", "continuous")
+UNBOUND = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
 
 
 class UrdfJoint(NamedTuple):
@@ -83,7 +86,7 @@ def _joints(source: str) -> list[UrdfJoint]:
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as exception:
-        if "xacro:" in text:
+        if exception.code == UNBOUND and "xacro:" in re.sub("<!--.*?-->", "", text, flags=re.DOTALL):
             raise macros from None
         raise InputError(f"{source}: line {exception.position[0]}: not XML: {exception.msg}; {mend}") from None
     if any("xacro" in element.tag for element in root.iter()):  # not in comments, which xacro keeps

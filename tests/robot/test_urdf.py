@@ -77,6 +77,8 @@ def in_mm(text):
             "run xacro on it first",
         ),
         (lambda t: t.replace("</robot>", ""), "not XML"),
+        (lambda t: t.replace("</robot>", "<link name='x'><!-- xacro:\nend --></robot>"), "not XML: mismatched tag"),
+        (lambda t: t.replace("</robot>", "<!-- xacro: --><a:b/></robot>"), "not XML: unbound prefix"),
         (
             lambda t: t.replace('velocity="3"', 'velocity="0"'),
             "'joint_1': limit velocity: 0: no joint turns so; give it",
