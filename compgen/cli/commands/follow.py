@@ -179,10 +179,8 @@ def follow(
     interrupts.set_outcome("the pages are as last written")
     before, sight, still = b"", Sight(), Stillness()
     while True:
-        seen = watch.fingerprint()
-        if seen != before or watch.once:
-            before = seen
-            sight = _look(job, watch, limits, date=date)
+        if (seen := watch.fingerprint()) != before or watch.once:
+            before, sight = seen, _look(job, watch, limits, date=date)
             resumed = sight.resumed
             if resumed is not None and resumed.replaced and (resumed.is_usable or force):
                 put_anew(place, resumed)
