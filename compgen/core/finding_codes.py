@@ -158,8 +158,8 @@ class Code(StrEnum):
         "Give this arm's robot file, or mend its DH lengths.", REFUSED)
     NO_GAIN = ("no_gain", "identification", "No model predicts poses it has not seen better than the nominal arm.",
         "Measure more poses, as the message says.", REFUSED)
-    STILL = ("still", "identification", "A joint never moves: its parameters stay at nominal.",
-        "Measure poses that move it.", WARNING)
+    STILL = ("still", "identification", "A joint never moves: its parameters stay at nominal.", "Move it.", WARNING)
+    TURNED = ("turned", "identification", "Orientations turn unlike the arm.", "Check mastering, columns.", WARNING)
     NARROW = ("narrow", "identification", "A joint moves a little only: its gears are known there and nowhere else.",
         "Measure poses over its whole use.", WARNING)
     OUTLIER = ("outlier", "identification", "A row lies far from what the others say and is set aside.",

@@ -9,6 +9,8 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, norm
 from compgen.core.exceptions import InputError
+from compgen.core.finding_codes import Code
+from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
 from compgen.identification.fit import Fit
@@ -17,6 +19,7 @@ from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
 
 LEFT = 1 * DEG  # median by which an orientation may be off without a word: of no arm
+MASTERED = 5 * DEG  # the same where no zeros are fitted: mastering by eye is off by a degree or two a joint
 
 
 def check_fitted_turns(data: Measurements, fitted: Fit) -> None:
@@ -25,28 +28,52 @@ def check_fitted_turns(data: Measurements, fitted: Fit) -> None:
 
 
 def check_known_turns(model: ArmModel, data: Measurements, frames: InstrumentFrames) -> None:
-    """Raises InputError where measured orientations turn otherwise than the arm; a reflector's axes may be any.
+    """Raises InputError where measured orientations turn otherwise than any mastering; a reflector's axes may be any.
 
     Args:
         model: The arm; its parameters are at zero.
         data: Measurements.
         frames: Of instruments.
     """
+    refuse_turned(data, *_known_turns(model, data, frames), MASTERED)
+
+
+def turned_findings(model: ArmModel, data: Measurements, frames: InstrumentFrames) -> list[Finding]:
+    """A warning where orientations turn otherwise by what mastering may explain; raises InputError beyond."""
+    rows, turn = _known_turns(model, data, frames)
+    refuse_turned(data, rows, turn, MASTERED)
+    row, off = _most_turned(data, rows, turn)
+    if off <= LEFT:
+        return []
+    message = (
+        f"{data.file(row)}: orientations turn by {off / DEG:.1f} deg (median) otherwise than the arm: a joint was "
+        "mastered anew, or rx_deg, ry_deg, rz_deg are in another convention"
+    )
+    return [Finding.of(Code.TURNED, message)]
+
+
+def _known_turns(model: ArmModel, data: Measurements, frames: InstrumentFrames) -> tuple[IntArray, Array]:
+    """Rows with an orientation, and by how much each turns otherwise than the arm, (n,) and (n, 3) [rad]."""
     rotation = model.pose(data, np.zeros(len(model.parameters)))[1]
     seen = np.flatnonzero(np.isfinite(data.rotation[:, 0, 0]))
     axes = reflector_axes(data, frames, rotation)[data.reflector]
     turned = frames.rotation_of(data.instrument) @ rotation[data.pose] @ axes
-    refuse_turned(data, seen, rotation_vector(np.swapaxes(turned[seen], 1, 2) @ data.rotation[seen]))
+    return seen, rotation_vector(np.swapaxes(turned[seen], 1, 2) @ data.rotation[seen])
 
 
-def refuse_turned(data: Measurements, rows: IntArray, turn: Array) -> None:
+def refuse_turned(data: Measurements, rows: IntArray, turn: Array, most: float = LEFT) -> None:
     """Raises InputError where the rows of an instrument turn otherwise, (n, 3) [rad]; names the one that does most."""
-    of = data.instrument[rows]
-    off = {int(np.flatnonzero(of == i)[0]): float(np.median(norm(turn[of == i]))) for i in np.unique(of).tolist()}
-    first = max(off, key=lambda n: off[n], default=0)
-    if off and off[first] > LEFT:
+    row, off = _most_turned(data, rows, turn)
+    if off > most:
         raise InputError(
-            f"{data.file(int(rows[first]))}: columns rx_deg, ry_deg, rz_deg: they turn by {off[first] / DEG:.1f} deg "
+            f"{data.file(row)}: columns rx_deg, ry_deg, rz_deg: they turn by {off / DEG:.1f} deg "
             "(median) otherwise than the arm: are they W P R, other Euler angles, in another order, or radians? give "
             "rotation vectors in deg, or leave them out"
         )
+
+
+def _most_turned(data: Measurements, rows: IntArray, turn: Array) -> tuple[int, float]:
+    """The first row of the instrument whose rows turn most, and their median [rad]; none: (0, 0)."""
+    of = data.instrument[rows]
+    off = {int(rows[of == i][0]): float(np.median(norm(turn[of == i]))) for i in np.unique(of).tolist()}
+    return max(off.items(), key=lambda item: item[1], default=(0, 0.0))

@@ -19,7 +19,7 @@ from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit, outlier_threshold
 from compgen.identification.instrument_frames import InstrumentFrames
-from compgen.identification.measured_turns import check_fitted_turns
+from compgen.identification.measured_turns import turned_findings
 from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, build_model, fixed_source
@@ -89,7 +89,7 @@ def validate(
         of_nominal, frames = _frames_of_each(nominal, identified, data)
     residual = _residual(identified, data, frames)
     distances = [np.linalg.norm(r, axis=1) for r in (_residual(nominal, data, of_nominal or frames), residual)]
-    outlier, findings = far_rows(data, residual), list[Finding]()
+    outlier, findings = far_rows(data, residual), turned_findings(identified, data, frames)
     if outlier.mean() > MOST:
         message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
         findings.append(Finding.of(Code.OUTLIERS, message))
@@ -118,7 +118,6 @@ def _frames_of_each(
     """Frames fitted to the nominal arm and to the identified one; what the latter sets aside counts for neither."""
     nothing = np.zeros(0, dtype=bool)
     robust = fit(identified, data, nothing)
-    check_fitted_turns(data, robust)
     rows = data.subset(~robust.outlier) if robust.outlier.mean() <= MOST else data
     return fit(nominal, rows, nothing, robust=False).frames, robust.frames
 

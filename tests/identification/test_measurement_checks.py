@@ -1,11 +1,13 @@
 """How many numbers are enough, what is a copy, and which reading of the joints is named: counted by hand."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from synthetic import random_theta
 
+from compgen.core.arrays import norm
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
@@ -23,6 +25,7 @@ from compgen.identification.measurement_checks import (
 from compgen.identification.measurements import DISTANCE, NONE, PLACE, TOUCH, WORLD, FixedPlaces, blank_rows
 from compgen.identification.model import active_in_groups, build_model
 from compgen.identification.parameters import candidate_models, symbolic_sources
+from compgen.identification.validation import validate
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
@@ -342,6 +345,29 @@ def test_an_arm_whose_zero_is_off_by_two_degrees_is_no_file_of_other_angles(join
     check_turns(arm, data)
     with pytest.raises(InputError, match=REFUSED):
         check_turns(arm, replace(data, rotation=rotation_matrix(rotation_vector(turns) * 0.9)))
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("zeros", [(0, 0, 2, 0, 0, 0), (0, 0, 0, 0, 2, 0), (0, 0, 0, 1.5, 1.5, 0)])
+def test_an_arm_mastered_anew_is_told_how_far_it_is_off(zeros, known):
+    """`check-robot` fits no zeros: its right orientations were refused as *W P R*, and there was no table."""
+    arm, rng, count = load_arm("m710ic50"), np.random.default_rng(5), 40
+    theta, ball = random_theta(arm.robot, rng, count), np.array([0.06, 0.01, 0.1])
+    nominal, flange = flange_pose(arm.robot, theta), flange_pose(arm.robot, theta + np.array(zeros) * DEG)
+    data = seen_by_a_tracker(theta, flange.position + flange.rotation @ ball, flange.rotation)
+    frames = InstrumentFrames(np.eye(3)[None], np.zeros((1, 3)), ball[None]) if known else None
+    result = validate(arm.robot, [], data, 0, frames)
+    off = norm(flange.position + flange.rotation @ ball - nominal.position - nominal.rotation @ ball)
+    if known:
+        np.testing.assert_allclose(result.identified, off, atol=1e-9)
+    (turned,) = (f for f in result.findings if f.code == "turned")
+    words = r"m.csv: orientations turn by [12]\.\d deg \(median\) otherwise than the arm: a joint was mastered anew, or"
+    assert re.match(words, turned.message)
+    assert turned.level == "warning"
+    exact = seen_by_a_tracker(theta, nominal.position + nominal.rotation @ ball, nominal.rotation)
+    assert not [f for f in validate(arm.robot, [], exact, 0, frames).findings if f.code == "turned"]
+    with pytest.raises(InputError, match=REFUSED):
+        validate(arm.robot, [], replace(exact, rotation=ORIENTATIONS["W P R"](exact.rotation)), 0, frames)
 
 
 def test_places_on_a_line_leave_open_how_the_instrument_stands_about_it():
