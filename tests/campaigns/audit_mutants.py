@@ -72,7 +72,7 @@ ASKED = (
     in_code(
         "cte left out of the band",
         "job/uncertainty",
-        ('quantities.append(Quantity("cte", "cte", together, warmth.expansion))', "pass"),
+        ('yield Quantity("cte", "cte", together, warmth.expansion)', "pass"),
         path="line_y",
     ),
     in_code(
