@@ -223,7 +223,7 @@ def begin(cell: Cell, before: Before, source: str | None, age: str | None) -> Be
     since = seconds_of_age(age)
     if source is None:
         state_overrides("", None, since)
-        return Beginning(cell, before.duties, before.air or 0.0, _first_said(before.reference))
+        return Beginning(cell, before.duties, before.air or 0.0, _reference_of(before.reference))
     if before.duties:
         raise InputError(f"--before: a state stands in place of history (--state {source}); leave one of them out")
     state = load_state(source, cell, since, before.reference)
@@ -231,11 +231,11 @@ def begin(cell: Cell, before: Before, source: str | None, age: str | None) -> Be
     cell = replace(cell, input_findings=(*cell.input_findings, state_note(state, since, "", cell)))
     standing = (replace(STANDING, duration=since),) if since > 0 else ()
     air = state.air if before.air is None else before.air
-    return Beginning(cell, standing, air, _first_said(before.reference, state.reference))
+    return Beginning(cell, standing, air, _reference_of(before.reference, state.reference))
 
 
-def _first_said(*references: float | None) -> float:
-    """What rises count from [degC]: the first that is said, else as usual."""
+def _reference_of(*references: float | None) -> float:
+    """What rises count from [degC]: the first that is given, else as usual."""
     return next((r for r in references if r is not None), AmbientTable().reference_degC)
 
 

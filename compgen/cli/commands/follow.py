@@ -103,19 +103,19 @@ def _facts(name: str) -> tuple[int, ...] | None:
 
 @dataclass(slots=True)
 class Stillness:
-    """Since when a log has not changed, and whether that was told."""
+    """Since when a log has not changed, and whether a note has named it."""
 
     facts: tuple[int, ...] | None = ()
     since: float = 0.0  # [s]
-    is_told: bool = False
+    is_noted: bool = False
 
     def tell(self, log: str, step: float) -> None:
         """Say once a stop that a log whose rows are so far apart [s] has not changed for long."""
         now, facts, most = time.monotonic(), _facts(log), max(QUIET, 3 * step)
         if facts != self.facts:
-            self.facts, self.since, self.is_told = facts, now, False
-        elif not self.is_told and now - self.since > most:
-            self.is_told = True
+            self.facts, self.since, self.is_noted = facts, now, False
+        elif not self.is_noted and now - self.since > most:
+            self.is_noted = True
             print_note(f"--log {log}: has not changed for {most / MINUTE:.0f} min; mend the logger")
 
 

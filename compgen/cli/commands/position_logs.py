@@ -126,8 +126,8 @@ def executed(
     record, html = json_text(summary), executed_html(run, summary, logged.inputs(), place.options)
     files = {RECORD: record, PAGE: html, TABLE: executed_csv(run)}
     publish(folder, {}, place.files(files), run=own)
-    found = finding_lines(summary["findings"], verbose=screen.verbose)
-    lines = [*_lines(summary), *found, f"wrote {', '.join(files)} to {folder}"]
+    findings = finding_lines(summary["findings"], verbose=screen.verbose)
+    lines = [*_lines(summary), *findings, f"wrote {', '.join(files)} to {folder}"]
     return Outcome(record=record, lines=lines, errors=[outside_words(run.findings)])
 
 

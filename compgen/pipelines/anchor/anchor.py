@@ -196,10 +196,10 @@ def _counts_from(job: Job) -> float | None:
     path, earlier = job.inputs["path"], job.cell.state
     if earlier is not None and earlier.reference is not None:
         return earlier.reference
-    said = None if path["log"] is None or earlier is not None else path["log"]["reference"]
-    if isinstance(said, str):
+    of_log = None if path["log"] is None or earlier is not None else path["log"]["reference"]
+    if isinstance(of_log, str):
         return None
-    return float(path["ambient"]["reference_degC"] if said is None else said)
+    return float(path["ambient"]["reference_degC"] if of_log is None else of_log)
 
 
 def _window(job: Job, forecast: Forecast, path: PathPlaces) -> float:

@@ -37,7 +37,7 @@ class PageTimes:
     starts: tuple[PageStart, ...]  # by rising times
     duration: tuple[float, ...]  # [s] of each page
     planned: float  # [s] when the job was planned to start
-    told: int = 0  # the last page of which somebody wrote that it has begun or is loaded, wherever the log ends
+    last_reported: int = 0  # page of those written down as begun or loaded, wherever the log ends
 
     def running(self, time: float) -> tuple[int, float]:
         """The page that runs and for how long [s]; page 0 where the robot stands."""
@@ -53,11 +53,11 @@ class PageTimes:
 
     def begun_behind(self, time: float) -> int:
         """The last page of which somebody wrote that it began behind a time; 0: none."""
-        return max((s.page for s in self.starts if s.time > time), default=0) if self.told else 0
+        return max((s.page for s in self.starts if s.time > time), default=0) if self.last_reported else 0
 
     def loaded(self, time: float) -> int:
         """The last page that the controller has: of those that have begun by then, and of all that somebody wrote."""
-        return max((self.told, *(max(s.page, s.loaded) for s in self.starts if s.time <= time)))
+        return max((self.last_reported, *(max(s.page, s.loaded) for s in self.starts if s.time <= time)))
 
     def stretches(self, until: float) -> list[tuple[float, float, int, float]]:
         """Begin, end, page (0: standing) and how far into its motion it begins [s], from the planned start on."""
@@ -131,5 +131,5 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
             raise InputError(f"{table.location(row)}: over {MOST_STARTS} starts; give a row when a page begins")
         into = starts[-1].into + t - starts[-1].time if is_same else 0.0
         starts.append(PageStart(t, int(p), int(have), into))
-    told = max((max(s.page, s.loaded) for s in starts), default=0)
-    return PageTimes(tuple(starts), tuple(duration), planned, told)
+    last_reported = max((max(s.page, s.loaded) for s in starts), default=0)
+    return PageTimes(tuple(starts), tuple(duration), planned, last_reported)
