@@ -18,7 +18,23 @@ NRAD = 1e-9  # rad
 PPM = 1e-6  # parts per million
 PERCENT = 0.01
 
+#: what the end of a key's name says, as the command line writes it
+UNIT_AT_END = {
+    "um": "um", "nm": "nm", "mm": "mm", "m": "m", "mm_s": "mm/s", "m_s2": "m/s^2", "um_mm": "um/mm", "um_K": "um/K",
+    "um_m_K": "um/(m K)", "deg": "deg", "mdeg": "mdeg", "deg_s": "deg/s", "deg_s2": "deg/s^2", "deg_s3": "deg/s^3",
+    "arcsec_K": "arcsec/K", "urad_Nm": "urad/(N m)", "nrad_Nm2": "nrad/(N m)^2",
+    "ms": "ms", "s": "s", "min": "min", "h": "h", "degC": "degC",
+    "K": "K", "W": "W", "W_K": "W/K", "W_mm_K": "W mm/K", "J_kgK": "J/(kg K)", "kg": "kg", "N": "N", "kB": "kB",
+    "ppm": "ppm", "percent": "%", "m2": "m^2", "percent_m2": "%/m^2",
+}  # fmt: skip
 FEW = 10  # hours or minutes, beside which the next unit counts
+
+
+def parted(name: str) -> tuple[str, str]:
+    """A key's name without its unit, and the unit, the longest that it ends with; "" without one."""
+    words = name.split("_")
+    ends = ((words[:k], UNIT_AT_END.get("_".join(words[k:]), "")) for k in range(1, len(words)))
+    return next((("_".join(stem), unit) for stem, unit in ends if unit and any(stem)), (name, ""))
 
 
 def counted(count: int, one: str, many: str) -> str:

@@ -278,7 +278,7 @@ def check_directions(touches: Touches, inwards: Array) -> None:
         )
 
 
-def unit_of(place: Array, known: Array) -> str:
+def likely_unit(place: Array, known: Array) -> str:
     """The unit in which a place (3,) "in millimetres" is at one of some known ones, (S, 3) [m]; "" where it is none."""
     near = (u for u, f in UNITS.items() if (np.linalg.norm(f * place - known, axis=1) < NEARBY).any())
     return next(near, "")
@@ -351,7 +351,7 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
 
 def _check_units(table: CsvTable, artefact: Artefact, values: Array, pose: Pose) -> None:
     """Raises InputError where x_mm to r_deg (N, 6) as typed, poses in World, are of other units."""
-    units = np.array([unit_of(place, artefact.place) for place in values[:, :3] * MM])
+    units = np.array([likely_unit(place, artefact.place) for place in values[:, :3] * MM])
     table.refuse_first(
         units != "", "", lambda n: f"x_mm, y_mm, z_mm are {units[n]}, as the artefact's places say; give mm"
     )

@@ -9,7 +9,7 @@ from compgen.error_model.unmeasured import NOT_LOOKED_AT, OF_WARMTH, Unknown
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.report.next_measurements import STEPS, STEPS_OF_PROGRAM, next_steps
 from compgen.verification.band import Band
-from compgen.verification.verdict import unit_of
+from compgen.verification.verdict import bound_unit
 
 DRAWN = ("share", "confidence", "draws", "seed")  # of the draws beside a band
 PARTED = ("part_stands_um", "when_taught_um")  # where an identified robot's part is in no frame that it has taught
@@ -188,7 +188,7 @@ def guaranteed_record(draws: FlownDraws | None) -> dict[str, Any] | None:
         return None
     promised, bounds = draws.guarantee, {}
     for b in draws.bounds:
-        factor, _ = unit_of(b.key)
+        factor, _ = bound_unit(b.key)
         bounds[b.key] = {"bound": round(b.bound / factor, 9), "value": b.guaranteed / factor, "breaking": b.breaking}
     return {
         "bounds": bounds,

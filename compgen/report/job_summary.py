@@ -26,7 +26,7 @@ from compgen.report.provenance import stretch_record
 from compgen.verification.band import Band
 from compgen.verification.deviation import statistics
 from compgen.verification.motion_effect import MotionEffect
-from compgen.verification.verdict import Verdict, unit_of, verdict_of
+from compgen.verification.verdict import Verdict, bound_unit, verdict_of
 from compgen.verification.written_motion import WrittenMotion
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _bounds(bounds: Bounds) -> dict[str, float]:
         "normal_um": bounds.normal,
         "axis_mdeg": bounds.axis,
     }
-    return {key: round(value / unit_of(key)[0], 9) for key, value in given.items() if value is not None}
+    return {key: round(value / bound_unit(key)[0], 9) for key, value in given.items() if value is not None}
 
 
 def _path(planned: Planned) -> dict[str, Any]:

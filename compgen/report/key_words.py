@@ -1,14 +1,9 @@
 """Keys of files, columns and reports in words, each with the unit that its name carries."""
 
-#: what ends a name, as people write it
-UNITS = {
-    "um_m_K": "µm/(m K)", "urad_Nm": "µrad/(N m)", "nrad_Nm2": "nrad/(N m)²", "W_mm_K": "W mm/K", "J_kgK": "J/(kg K)",
-    "arcsec_K": "arcsec/K",
-    "um_mm": "µm/mm", "um_K": "µm/K", "W_K": "W/K", "m_s2": "m/s²", "deg_s2": "deg/s²", "deg_s3": "deg/s³",
-    "deg_s": "deg/s", "mm_s": "mm/s", "mm": "mm", "um": "µm", "nm": "nm", "m": "m", "mdeg": "mdeg", "deg": "deg",
-    "degC": "°C", "K": "K", "percent": "%", "ppm": "ppm", "kg": "kg", "N": "N", "W": "W", "kB": "kB",
-    "h": "h", "min": "min", "ms": "ms", "s": "s",
-}  # fmt: skip
+from compgen.core.units import parted
+
+#: signs of a page, as the command line writes them
+SIGNS = (("µm", "um"), ("µrad", "urad"), ("°C", "degC"), ("²", "^2"), ("³", "^3"))
 #: names without their units; what is not here is read as it is spelt
 WORDS = {
     "ambient.value": "air temperature",
@@ -52,9 +47,16 @@ _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", 
 
 
 def unit_of(key: str) -> str:
-    """The unit that a key's name ends with; empty without one."""
+    """The unit that a key's name ends with, as a page has it; empty without one."""
     names = [step for step in _steps(key) if not step.isdigit()]  # an entry of a list has the list's
-    return _parted(names[-1])[1] if names else ""
+    return with_signs(parted(names[-1])[1]) if names else ""
+
+
+def with_signs(unit: str) -> str:
+    """A unit of the command line as a page has it."""
+    for sign, letters in SIGNS:
+        unit = unit.replace(letters, sign)
+    return unit
 
 
 def words_of(key: str) -> str:
@@ -62,7 +64,7 @@ def words_of(key: str) -> str:
     *tables, last = _steps(key)
     if last.isdigit() and tables:  # an entry of a list
         return f"{words_of('.'.join(tables))} {int(last) + 1}"
-    stem, _ = _parted(last)
+    stem, _ = parted(last)
     name = WORDS.get(last) or WORDS.get(stem, stem.replace("_", " "))
     if not tables:
         return name
@@ -85,14 +87,14 @@ def parameter_words(name: str) -> str:
     """A source's parameter with its unit: ``link_offsets.alpha_mdeg[2]`` is link offsets: alpha 2 [mdeg]."""
     source, _, entry = name.partition(".")
     stem, _, place = entry.rstrip("]").partition("[")
-    stem, unit = _parted(stem)
+    stem, unit = parted(stem)
     words = f"{source.replace('_', ' ')}: {WORDS.get(stem, stem.replace('_', ' '))} {place}".strip()
-    return f"{words} [{unit}]" if unit else words
+    return f"{words} [{with_signs(unit)}]" if unit else words
 
 
 def ascii_units(text: str) -> str:
     """Units in a text as the command line writes them."""
-    for sign, letters in (("µ", "u"), ("°", "deg"), ("²", "2"), ("³", "3"), ("–", "-")):
+    for sign, letters in (*SIGNS, ("–", "-")):
         text = text.replace(sign, letters)
     return text
 
@@ -109,12 +111,3 @@ def ordinal(n: int) -> str:
 
 def _steps(key: str) -> list[str]:
     return key.strip().split(".")
-
-
-def _parted(name: str) -> tuple[str, str]:
-    """A name without its unit, and the unit."""
-    for ending, unit in UNITS.items():
-        stem = name.removesuffix(f"_{ending}")
-        if stem != name and stem:
-            return stem, unit
-    return name, ""

@@ -59,7 +59,7 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
             code = of_bound if level is Level.OUTSIDE else Code.BOUNDS_OFF_PART
             if bound is None or value <= bound * LAST_DIGIT or {f.code for f in findings} & {code, of_bound}:
                 continue
-            factor, unit = unit_of(key)
+            factor, unit = bound_unit(key)
             size = beyond_text(value / factor, bound / factor, 3)
             message = f"{size} {unit} after correction is above bounds.{key} = {bound / factor:g}"
             message += f"; worst {extent.where:.3f} m along the path"
@@ -72,7 +72,7 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
     return findings
 
 
-def unit_of(key: str) -> tuple[float, str]:
+def bound_unit(key: str) -> tuple[float, str]:
     """The unit that a bound's key names, in SI and as text."""
     unit = key.split("_")[1]
     return (MDEG if unit == "mdeg" else UM), unit
@@ -158,7 +158,7 @@ def judge_draws(bounds: Sequence[DrawnBound], guarantee: Guarantee) -> list[Find
     for b in bounds:
         if b.guaranteed <= b.bound:
             continue
-        factor, unit = unit_of(b.key)
+        factor, unit = bound_unit(b.key)
         message = (
             f"{b.guaranteed / factor:.3f} {unit} is what {promise} stay within ({basis}, {b.breaking} break it): above "
             f"bounds.guaranteed.{b.key} = {b.bound / factor:g}; {rounded_up(b.guaranteed / factor):g} can be kept"

@@ -12,7 +12,8 @@ from forked import code_of, run_forked
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 from compgen.core.toml import Table, check
-from compgen.pipelines.files.schema import SCHEMA_FILES, PathFile, RobotFile, path_schema, robot_schema, unit_of
+from compgen.core.units import parted
+from compgen.pipelines.files.schema import SCHEMA_FILES, PathFile, RobotFile, path_schema, robot_schema
 
 ROOT = Path(__file__).parents[2]
 SHAPES = ("line", "circle", "spiral", "raster", "iso9283")
@@ -96,7 +97,7 @@ def test_every_key_is_described_in_one_line(kind):
 def test_every_number_has_its_unit_in_its_name_and_in_its_text(kind):
     for table, key, value in keys(SCHEMAS[kind]):
         text = json.dumps(value)
-        if unit := unit_of(key):
+        if unit := parted(key)[1]:
             assert f"[{unit}]" in value["description"], f"{table}.{key}"
         elif '"number"' in text or '"integer"' in text:
             assert key in PLAIN_NUMBERS or "[h]" in text or "degC" in text, f"{table}.{key} has no unit"

@@ -5,10 +5,11 @@ import json
 import pytest
 from shipped import ROOT
 
+from compgen.core.units import UNIT_AT_END
 from compgen.pipelines.comparison.comparison import Pair
 from compgen.pipelines.study.scenarios import SHORT
 from compgen.report.compare_words import input_cells
-from compgen.report.key_words import UNITS, title_of, unit_of, words_of
+from compgen.report.key_words import title_of, unit_of, words_of
 
 
 @pytest.mark.parametrize(
@@ -45,7 +46,7 @@ def test_no_key_of_either_file_keeps_its_unit_in_its_words():
     names: set[str] = set()
     for file in ("paths/path.schema.json", "robots/robot.schema.json"):
         schema_keys(json.loads((ROOT / file).read_text()), names)
-    endings = {ending for ending in UNITS if len(ending) > 1}
+    endings = {ending for ending in UNIT_AT_END if len(ending) > 1}
     for name in names:
         assert not any(words_of(name).endswith(f" {ending.replace('_', ' ')}") for ending in endings), name
         if name.endswith(("_mm", "_um", "_mm_s", "_h", "_deg", "_mdeg", "_K", "_degC", "_percent")):

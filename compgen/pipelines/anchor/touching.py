@@ -26,7 +26,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.source import Source
 from compgen.identification.touch_rows import sigma_of
-from compgen.identification.touches import Artefact, Touches, check_directions, probed_motion, unit_of
+from compgen.identification.touches import Artefact, Touches, check_directions, likely_unit, probed_motion
 from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import Innovation
 from compgen.pipelines.anchor.unknowns import Unknowns
@@ -242,7 +242,7 @@ def check_touches(
         )
         raise InputError(f"{touches.label[n]}: {words}: the probe was at '{real}'; mend column target")
     gap = float(np.linalg.norm(centre[n] - place[touches.target[n]]))
-    if unit := unit_of(centre[n], place[:S]):
+    if unit := likely_unit(centre[n], place[:S]):
         raise InputError(f"{touches.label[n]}: x_mm, y_mm, z_mm are {unit}, as the artefact's places say; give mm")
     for name, factor in (("metres", 1e3), ("inches", 25.4)):
         if (np.abs(np.linalg.norm(centre[n] - factor * place[:S], axis=1) - radius[n]) < PROBE).any():

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from compgen.compensation.tables import CompensationTable
 from compgen.core.toml import NAME, Positive, Table
+from compgen.core.units import parted
 from compgen.error_model.schema import SourcesTable
 from compgen.error_model.unmeasured import UnknownTable
 from compgen.job.tables import AnchorTable, BoundsTable, IdentifiedTable
@@ -38,16 +39,6 @@ from compgen.thermal.tables.schema import (
 
 #: where a shipped file's first line, ``#:schema ./path.schema.json``, finds its schema
 SCHEMA_FILES = {"path": "paths/path.schema.json", "robot": "robots/robot.schema.json"}
-
-UNITS = {
-    "um": "um", "mm": "mm", "m": "m", "mm_s": "mm/s", "m_s2": "m/s^2", "um_mm": "um/mm", "um_K": "um/K",
-    "um_m_K": "um/(m K)", "deg": "deg", "mdeg": "mdeg", "deg_s": "deg/s", "deg_s2": "deg/s^2", "deg_s3": "deg/s^3",
-    "arcsec_K": "arcsec/K", "urad_Nm": "urad/(N m)", "nrad_Nm2": "nrad/(N m)^2",
-    "ms": "ms", "s": "s", "min": "min", "h": "h", "degC": "degC",
-    "K": "K", "W": "W", "W_K": "W/K", "W_mm_K": "W mm/K", "J_kgK": "J/(kg K)", "kg": "kg", "N": "N", "kB": "kB",
-    "ppm": "ppm", "percent": "%", "m2": "m^2", "percent_m2": "%/m^2",
-}  # fmt: skip
-
 
 #: keys of a path file that say what the cell does before and after its program
 HISTORY = ("before", "cycle", "after", "shift", "start", "ambient", "log", "state")
@@ -125,13 +116,6 @@ def robot_schema() -> dict[str, Any]:
     return _document(RobotFile, "robot")
 
 
-def unit_of(key: str) -> str:
-    """The unit that a key carries at the end of its name; empty without one."""
-    words = key.split("_")
-    endings = ("_".join(words[i:]) for i in range(1, len(words)))
-    return next((UNITS[e] for e in endings if e in UNITS), "")
-
-
 def _document(model: type[Table], name: str) -> dict[str, Any]:
     head = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -184,7 +168,7 @@ def _plain(schema: dict[str, Any], key: str = "") -> dict[str, Any]:
         plain["anyOf"] = [_plain(c) for c in choices]
     if plain.get("default") is None or "$ref" in plain:
         plain.pop("default", None)
-    if "description" in plain and (unit := unit_of(key)):
+    if "description" in plain and (unit := parted(key)[1]):
         first, *rest = plain["description"].rstrip(".").split(";", 1)
         plain["description"] = ";".join([f"{first} [{unit}]", *rest]) + "."
     for word in ("properties", "$defs"):

@@ -21,12 +21,12 @@ from compgen.pipelines.study.live_day import Slider, planned_setting
 from compgen.pipelines.study.live_places import LivePlaces, at
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
+from compgen.report.key_words import with_signs
 from compgen.report.live.record import live_record, sources_of
 from compgen.report.page import fragment
 from compgen.verification.band import Band
 from compgen.verification.deviation import Sizes
 
-UNITS = {"degC": "°C", "um/(m K)": "µm/(m K)"}
 STATISTICS = {"largest": "max", "p99": "p99", "rms": "rms"}  # what a size is called on the page
 #: numbers that the script finds by their ids
 NUMBER = Markup('<span id="live-{}">{}</span>')
@@ -155,7 +155,7 @@ def _slider(slider: Slider) -> dict[str, Any]:
         reach = {"min": 0, "max": len(slider.stops) - 1, "step": 1, "value": slider.stops.index(slider.value)}
     return {
         "label": slider.label,
-        "unit": UNITS.get(slider.unit, slider.unit),
+        "unit": with_signs(slider.unit),
         "kind": slider.kind,
         "value": value,
         "reach": reach,
