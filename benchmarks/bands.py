@@ -11,8 +11,8 @@ from compgen.core.evaluation import BLOCK
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
-from compgen.pipelines.uncertainty.draws import fly_draws
+from compgen.pipelines.uncertainty.band_columns import WaypointProgram, band_along
+from compgen.pipelines.uncertainty.draws import fly_program_draws
 from compgen.report.waypoints_csv import csv_lines
 from compgen.verification.twin import prepare
 
@@ -38,7 +38,7 @@ def seconds_of_draws(cache: Path, points: int, workers: int) -> FlownDraws:
         prepared = prepare(corrected.twin, corrected.program, corrected.before, corrected.air)
         program = planned.driven(corrected.solution.theta, planned.motion)
         begin, spent = time.perf_counter(), time.process_time()
-        flown = fly_draws(program, prepared, corrected.deviation, corrected.start_window)
+        flown = fly_program_draws(program, prepared, corrected.deviation, corrected.start_window)
         draws = 0 if flown is None else len(flown.total)
         return FlownDraws(len(planned.path.arc), draws, time.perf_counter() - begin, time.process_time() - spent)
 
@@ -47,7 +47,7 @@ def seconds_of_band(points: int) -> float:
     """Processor time of a corrected program's band, about so many waypoints long, and of its columns [s]."""
     planned, corrected = generate.generate(cases.job_of(points), cases.quiet)
     path, band = planned.path, corrected.band
-    program = DrivenProgram(
+    program = WaypointProgram(
         job=planned.job,
         model=planned.model,
         path=path,

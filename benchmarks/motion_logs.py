@@ -23,7 +23,7 @@ from scipy.interpolate import CubicSpline
 from compgen.core.rotations import to_wpr
 from compgen.identification.motion.timed_windows import timed_windows
 from compgen.identification.motion.windows import residuals
-from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_program_text
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import load_frames
 from compgen.robot.motion import ControllerMotion
@@ -236,7 +236,7 @@ def foretold(place: Path, motion: ControllerMotion) -> tuple[float, float]:
     around = Situation(robot, load_frames(str(place / "frames.toml")), {}, lambda name: None)
     content = (place / "RUN.LS").read_bytes()
     log = read_position_log(place / "log.csv", third_on_link2=True)
-    run = judge_log(read_text(str(place / "RUN.LS"), content), around.course(content), log, around)
+    run = judge_log(read_program_text(str(place / "RUN.LS"), content), around.course(content), log, around)
     windows = timed_windows(run, robot).windows
     course = run.course
     first = float(np.diff(course.counted_clock())[windows[0].run[0]])

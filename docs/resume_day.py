@@ -19,15 +19,15 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Planned
-from compgen.pipelines.resume.beginning import Begun, read_log
+from compgen.pipelines.resume.beginning import Begun, read_rises
 from compgen.pipelines.resume.follow import look_at
-from compgen.pipelines.resume.page_times import PageStart, PageTimes
+from compgen.pipelines.resume.page_times import PageMoment, PageTimes
 from compgen.pipelines.resume.paged_run import planned_run
-from compgen.pipelines.resume.pages_anew import read_written, steps_of
+from compgen.pipelines.resume.pages_anew import page_steps, read_written
 from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.result import size_of
 from compgen.pipelines.resume.resume import resume
-from compgen.pipelines.resume.written_job import job_of, read_written_job
+from compgen.pipelines.resume.written_job import job_of_pages, read_written_job
 from compgen.program.pages import join_programs
 from compgen.thermal import Ambient, state_after, states_at
 from compgen.thermal.log_end import end_of
@@ -73,7 +73,7 @@ def day_of(whole, written, breaks=BREAKS, door=DOOR) -> Day:
     time, starts = LATE, []
     for page, span in enumerate(spans, 1):
         time += dict(breaks).get(page, 0.0)
-        starts.append(PageStart(time, page))
+        starts.append(PageMoment(time, page))
         time += span
     times = PageTimes(tuple(starts), spans, 0.0)
     air = Ambient(
@@ -121,7 +121,7 @@ def until(log: str, time: float) -> bytes:
 def left_on_the_part(day: Day, written):
     """Error of the pages in a folder by the twin, as warm as the day's arm, (M,) [m]; its path (M,) [m], its page."""
     whole = day.whole
-    text, _ = join_programs(read_written(written, whole), steps_of(written))
+    text, _ = join_programs(read_written(written, whole), page_steps(written))
     prepared = prepare(twin_of(whole.job), text, ()).with_rise(day.rise)
     deviation = deviation_from_path(whole.path, prepared.chunks(), prepared.sample_count)
     samples = prepared.first_samples()
@@ -145,7 +145,7 @@ def resumed_at_each_page(day: Day, folder: Path) -> int:
         file.write_bytes(until(day.log, start.time))
 
         def begin(known, file=str(file)):
-            log = read_log(known.cell, known.logged(), file)
+            log = read_rises(known.cell, known.logged(), file)
             state, air = (
                 end_of(log, known.cell.heat, known.cell.warmth, known.motion).state,
                 float(np.median(log.air[-20:])),
@@ -192,7 +192,7 @@ def simulate(overrides=NINE_HOURS, breaks=BREAKS, door=DOOR, poll=POLL):
                 (folder / file).write_bytes(data)
             written = read_written_job(folder)
             if name == "as written":
-                whole = plan_whole(job_of(written), quiet)
+                whole = plan_whole(job_of_pages(written), quiet)
                 day = day_of(whole, written, breaks, door)
             count = 0
             if name == "resumed at each page":

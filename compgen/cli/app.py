@@ -30,7 +30,7 @@ from compgen.cli.commands.resume import resume
 from compgen.cli.commands.robots import export_robot, inspect_robot
 from compgen.cli.commands.touches import anchor, plan_touches, teach_frame
 from compgen.cli.commands.whatif import heat, whatif
-from compgen.cli.options.completion import page_place
+from compgen.cli.options.completion import doc_place
 from compgen.cli.screen.messages import print_note_once
 from compgen.core.commands import RENAMED
 from compgen.core.version import __version__
@@ -89,7 +89,7 @@ class SectionedHelp(typer.core.TyperGroup):
 app = typer.Typer(
     cls=SectionedHelp,
     help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
-    epilog=f"\b\ncgen help COMMAND, cgen COMMAND --help: its options. All pages: {page_place('index')}\n\n"
+    epilog=f"\b\ncgen help COMMAND, cgen COMMAND --help: its options. All pages: {doc_place('index')}\n\n"
     "\b\nExample:\n  cgen init && cgen generate paths/spiral_1300.toml",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
     pretty_exceptions_enable=False,
@@ -110,7 +110,7 @@ def _add(name: str, command: Callable[..., Outcome]) -> None:
     words, _, examples = str(getdoc(command)).partition("\n\nExamples:\n")
     title = "Examples" if "\n" in examples else "Example"
     page = next(page for page, names in PAGES.items() if name in names)
-    lines = [f"\b\nExplained in {page_place(page)}\n\n\b\n{title}:", *(f"  {e.strip()}" for e in examples.splitlines())]
+    lines = [f"\b\nExplained in {doc_place(page)}\n\n\b\n{title}:", *(f"  {e.strip()}" for e in examples.splitlines())]
     app.command(name, help=words, epilog="\n".join(lines))(framed(command))
 
 

@@ -34,7 +34,7 @@ LINEAR_RANGE = 0.03  # um within which cost and constraints are as good as linea
 MAX_MULTIPLIER = 1e10  # um: a multiplier beyond this says that the limits leave no way
 BOUNDARY_FRACTION = 0.995  # of the way to where a slack or a multiplier would vanish
 
-Values = tuple[Any, ...]  # numbers of each kind of constraint, in its shape
+ConstraintValues = tuple[Any, ...]  # numbers of each kind of constraint, in its shape
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,7 +46,7 @@ class LocalProgram:
     hessian: Array  # (N, 6, 6) Gauss-Newton's
     constraints: tuple[Constraint, ...]
 
-    def residual(self, x: Array, s: Values) -> Values:
+    def residual(self, x: Array, s: ConstraintValues) -> ConstraintValues:
         """G + s at a point, zero where there is no constraint."""
         return tuple(np.where(c.included, c.value(x) + t, 0.0) for c, t in zip(self.constraints, s, strict=True))
 
@@ -54,9 +54,9 @@ class LocalProgram:
 @dataclass(frozen=True, eq=False, slots=True)
 class _Iterate:
     x: Array  # (N, 6)
-    s: Values
-    lam: Values
-    r: Values  # g + s, the primal residual
+    s: ConstraintValues
+    lam: ConstraintValues
+    r: ConstraintValues  # g + s, the primal residual
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -65,7 +65,7 @@ class _KktSystem:
 
     at: _Iterate
     free: BoolArray  # (N,)
-    included: Values  # which constraints there are
+    included: ConstraintValues  # which constraints there are
     derivatives: tuple[Derivative, ...]
     cost_gradient: Array  # (N, 6)
     factor: Array  # (13, 6 N) Cholesky factor of the condensed matrix
@@ -74,8 +74,8 @@ class _KktSystem:
 @dataclass(frozen=True, eq=False, slots=True)
 class _Step:
     dx: Array  # (N, 6)
-    ds: Values
-    dlam: Values
+    ds: ConstraintValues
+    dlam: ConstraintValues
 
 
 def solve(
@@ -156,7 +156,7 @@ def _assemble_system(local: LocalProgram, smoothness: Array, free: BoolArray, at
     )
 
 
-def _choose_target(system: _KktSystem, mu: float, count: int) -> Values:
+def _choose_target(system: _KktSystem, mu: float, count: int) -> ConstraintValues:
     """What lam s of each constraint shall become: what the affine step leaves of mu says which mu to aim for."""
     at = system.at
     if mu <= 2 * FINAL_MU:
@@ -170,7 +170,7 @@ def _choose_target(system: _KktSystem, mu: float, count: int) -> Values:
     )  # its lam s bends off by dlam ds
 
 
-def _newton_step(system: _KktSystem, target: Values) -> _Step:
+def _newton_step(system: _KktSystem, target: ConstraintValues) -> _Step:
     """Newton's step to lam s = target."""
     included, s, lam, r = system.included, system.at.s, system.at.lam, system.at.r
     push = tuple(np.where(on, (m + k * q) / t, 0.0) for on, m, k, q, t in zip(included, target, lam, r, s, strict=True))
@@ -187,15 +187,15 @@ def _newton_step(system: _KktSystem, target: Values) -> _Step:
     return _Step(dx, ds, dlam)
 
 
-def _moved(values: Values, share: float, change: Values) -> Values:
+def _moved(values: ConstraintValues, share: float, change: ConstraintValues) -> ConstraintValues:
     return tuple(a + share * b for a, b in zip(values, change, strict=True))
 
 
-def _inner_product(a: Values, b: Values) -> float:
+def _inner_product(a: ConstraintValues, b: ConstraintValues) -> float:
     return sum(float((v * w).sum()) for v, w in zip(a, b, strict=True))
 
 
-def _step_length(values: Values, change: Values) -> float:
+def _step_length(values: ConstraintValues, change: ConstraintValues) -> float:
     """The share of a step that keeps values above zero, at most 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
         shrink = max(float((-b / a).max(initial=0.0, where=a > 0)) for a, b in zip(values, change, strict=True))

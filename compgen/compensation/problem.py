@@ -61,7 +61,7 @@ class Residual(NamedTuple):
     margin: Array  # (N,) [m] how far inside the reach
 
 
-class Linearisation(NamedTuple):
+class LocalError(NamedTuple):
     """Error and joints of N waypoints about a correction."""
 
     e: Array  # (N, 6)
@@ -104,11 +104,11 @@ class Problem:
         e, theta, margin = evaluate(self._functions().residual, *self._targets(), correction, *self._arm_state())
         return Residual(e, theta, margin[:, 0])
 
-    def linearise(self, correction: Array) -> Linearisation:
+    def linearise(self, correction: Array) -> LocalError:
         """Error and joints about a correction."""
         e, E, theta, G = evaluate(self._functions().linearised, *self._targets(), correction, *self._arm_state())
         E, G = (np.swapaxes(rows.reshape(-1, 6, 6), 1, 2) for rows in (E, G))
-        return Linearisation(e, E, theta, G)
+        return LocalError(e, E, theta, G)
 
     def pointwise_correction(self) -> Array:
         """The correction that leaves no error, each waypoint for itself, (N, 6)."""

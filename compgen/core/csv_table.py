@@ -28,7 +28,7 @@ _REMARK = re.compile(r"(?m)^[ \t]*#.*$")
 _GAP = re.compile(r"(?m)(?:(?<=,)|^(?=[ \t]*,))[ \t]*(?=,|$)")
 _EMPTY_ROW = re.compile(r"(?m)^[ \t]*,[ \t,]*$")  # cells, and nothing in any
 
-Row = tuple[int, list[str]]  # its line in the file, its cells
+CsvRow = tuple[int, list[str]]  # its line in the file, its cells
 
 
 class CellsOf(Sequence[Sequence[str]]):
@@ -182,7 +182,7 @@ def read_csv(
 
 
 def table_of_rows(
-    source: str, rows: Sequence[Row], required: Sequence[str], known: Sequence[str] | None = None
+    source: str, rows: Sequence[CsvRow], required: Sequence[str], known: Sequence[str] | None = None
 ) -> CsvTable:
     """The header and the rows below it; raises InputError as ``check_header``, and for a row of another length."""
     (line, names), *body = rows
@@ -197,7 +197,7 @@ def table_of_rows(
     return CsvTable(source=source, header=header, columns=columns, line=tuple(n for n, _ in body))
 
 
-def ended_rows(data: bytes) -> list[Row]:
+def ended_rows(data: bytes) -> list[CsvRow]:
     """The cells of each line with an end, of a file that is still being written; without remarks and empty lines."""
     lines = data[: data.rfind(b"\n") + 1].replace(b"\0", b"").decode("utf-8-sig", "replace")
     return [
@@ -249,7 +249,7 @@ def read_text(source: str) -> str:
     return lines
 
 
-def _rows(source: str, text: str) -> list[Row]:
+def _rows(source: str, text: str) -> list[CsvRow]:
     """Rows with the line they end in, less empty ones and remarks."""
     reader = csv.reader(io.StringIO(text), strict=True)
     try:

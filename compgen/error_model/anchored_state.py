@@ -22,7 +22,7 @@ from compgen.core.toml import Number, Table, check, parse_toml, read_toml_text
 from compgen.core.units import MDEG, UM
 from compgen.error_model.posterior import correlation_matrix, correlation_rows
 
-Verdict = Literal["anchored", "leave it", "something moved", "cannot tell", "forecast"]
+AnchorVerdict = Literal["anchored", "leave it", "something moved", "cannot tell", "forecast"]
 #: verdicts with which a state may stand in place of history
 ACCEPTED = ("anchored", "leave it", "something moved", "forecast")
 BASE = 6  # numbers of the base: shift x y z, turn x y z
@@ -45,7 +45,7 @@ class AnchoredState:
     air: float  # [K] rise of the air
     time: float  # [s] on the clock of touches and log
     window: float  # [s] how long after that it holds, the robot standing
-    verdict: Verdict
+    verdict: AnchorVerdict
     reference: float | None = None  # [degC] that rises and air count from; None: nobody said
     made_from: Mapping[str, str] = field(default_factory=dict)  # sha256 of each file
     digest: str = ""  # sha256 of the state's own file
@@ -65,7 +65,7 @@ class AnchoredState:
 
 
 class _State(Table):
-    verdict: Verdict
+    verdict: AnchorVerdict
     time_s: Annotated[FiniteFloat, Field(ge=0, le=1e11)]
     window_s: Annotated[FiniteFloat, Field(ge=0, le=1e6)]
     air_K: Annotated[FiniteFloat, Field(ge=-80, le=80)]

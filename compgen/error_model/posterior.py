@@ -56,7 +56,7 @@ class ParameterPosterior:
         return np.sqrt(np.diag(self.covariance))
 
 
-def numbers_of(
+def known_numbers(
     known: Sequence[UncertainSource], rise: Array | None = None, tau: Array | None = None
 ) -> dict[str, tuple[KnownParameter, float]]:
     """All numbers of a robot file that a posterior may know, by name, with their values [SI].
@@ -108,7 +108,7 @@ def read_posterior(
 
     Args:
         content: Of the file.
-        numbers: Of the robot file, as ``numbers_of`` gives them.
+        numbers: Of the robot file, as ``known_numbers`` gives them.
         where: The file, for messages.
 
     Raises:

@@ -7,7 +7,7 @@ from pydantic import Field, FiniteFloat
 from compgen.core.toml import Coordinate, Number, Point, Table
 
 # Upper ends are far beyond any arm that still works: they keep a slip of the keyboard from becoming a long search.
-Offset = Annotated[FiniteFloat, Field(ge=-5e4, le=5e4)]  # um
+LengthError = Annotated[FiniteFloat, Field(ge=-5e4, le=5e4)]  # um
 SmallAngle = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mdeg
 Ratio = Annotated[FiniteFloat, Field(ge=-1e5, le=1e5)]  # ppm
 Factor = Annotated[FiniteFloat, Field(ge=-10, le=10)]
@@ -19,10 +19,10 @@ NodeName = Annotated[str, Field(max_length=40)]
 Link = Literal["column", "a1", "a2", "a3", "d4"]
 Shifted = Literal["tool", "fixture x", "fixture y", "fixture z", "base x", "base y", "d1", "a1", "a2", "a3", "d4", "d6"]
 ThreeNumbers = Annotated[list[Number], Field(min_length=3, max_length=3)]
-ThreeOffsets = Annotated[list[Offset], Field(min_length=3, max_length=3)]
+ThreeOffsets = Annotated[list[LengthError], Field(min_length=3, max_length=3)]
 ThreeAngles = Annotated[list[SmallAngle], Field(min_length=3, max_length=3)]
 SixNumbers = Annotated[list[Number], Field(min_length=6, max_length=6)]
-SixOffsets = Annotated[list[Offset], Field(min_length=6, max_length=6)]
+SixOffsets = Annotated[list[LengthError], Field(min_length=6, max_length=6)]
 SixAngles = Annotated[list[SmallAngle], Field(min_length=6, max_length=6)]
 SixFactors = Annotated[list[Factor], Field(min_length=6, max_length=6)]
 SixRates = Annotated[list[Rate], Field(min_length=6, max_length=6)]

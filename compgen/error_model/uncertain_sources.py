@@ -163,7 +163,7 @@ def _deviations(rows: Mapping[str, Any], source: Source, key: str) -> dict[str, 
 
 @dataclass(frozen=True, eq=False, slots=True)
 @owns(parameters=("P",), width=(6,))
-class Cause:
+class DrawnCause:
     """How the world differs from what the files say."""
 
     parameters: Array  # (P,) [SI] of the sources
@@ -178,7 +178,7 @@ class Quantity:
 
     name: str
     source: str | None  # under which it stands in the budget; None: its parameters' sources
-    cause: Cause  # of one unit
+    cause: DrawnCause  # of one unit
     limits: Interval | None = None  # of the amount; None: standard normal
 
     @property
@@ -198,7 +198,7 @@ class Quantity:
         return float(self.limits[0] + (self.limits[1] - self.limits[0]) * ndtr(z))
 
 
-def combined(quantities: Sequence[Quantity], amounts: Sequence[float]) -> Cause:
+def combined(quantities: Sequence[Quantity], amounts: Sequence[float]) -> DrawnCause:
     """The cause of all quantities at some amounts."""
     parts = [(amount, q.cause) for amount, q in zip(amounts, quantities, strict=True)]
     heat = HeatChange(
@@ -209,7 +209,7 @@ def combined(quantities: Sequence[Quantity], amounts: Sequence[float]) -> Cause:
         air=sum(a * c.heat.air for a, c in parts),
         feed=sum(a * c.heat.feed for a, c in parts),
     )
-    return Cause(
+    return DrawnCause(
         parameters=np.sum([a * c.parameters for a, c in parts], axis=0),
         heat=heat,
         width=np.sum([a * c.width for a, c in parts], axis=0),

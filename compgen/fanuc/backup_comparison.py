@@ -33,7 +33,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.fanuc.listing.listing import LsProgram, head_text, statement_texts
 from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
-from compgen.fanuc.listing.positions import Positions, decimal_places, units
+from compgen.fanuc.listing.positions import ListedPositions, decimal_places, units
 from compgen.fanuc.vocabulary import UNSAFE_HEADERS
 
 NOTHING = "-"  # where the other one has something
@@ -100,12 +100,12 @@ def compare_positions(written: LsProgram, backup: LsProgram) -> ComparedPosition
     return ComparedPositions(len(np.unique(a.number[i])), tuple(ordered), float(max(steps)))
 
 
-def _name(p: Positions, row: int) -> str:
+def _name(p: ListedPositions, row: int) -> str:
     group = int(p.group[row])
     return f"P[{p.number[row]}]" + (f" GP{group}" if group > 1 else "")
 
 
-def _frames(a: Positions, b: Positions, i: IntArray, j: IntArray) -> list[tuple[int, int, Difference]]:
+def _frames(a: ListedPositions, b: ListedPositions, i: IntArray, j: IntArray) -> list[tuple[int, int, Difference]]:
     """Differences of frame, tool and CONFIG, each with its row and its place in the position."""
     differences = []
     columns: Sequence[tuple[str, IntArray, IntArray]] = (("UF", a.uframe, b.uframe), ("UT", a.utool, b.utool))

@@ -9,7 +9,7 @@ touch then comes from a way that is known, too.
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.fanuc.canonical.layout import Frame
+from compgen.fanuc.canonical.layout import SharedFrame
 from compgen.fanuc.canonical.writer import head_and_body, position_blocks
 from compgen.program.program import REMARK_LENGTH
 from compgen.program.touches import Signal, TouchPositions
@@ -86,6 +86,6 @@ def touch_program(name: str, date: str, touches: TouchPositions, signal: Signal 
     body.append("  END ;")
     if signal is not None:
         body += [f"  LBL[{MISSED}] ;", "  !no touch where one was planned ;", "  ABORT ;"]
-    frame = Frame(touches.uframe, touches.utool, touches.decimals)
+    frame = SharedFrame(touches.uframe, touches.utool, touches.decimals)
     blocks = position_blocks(frame, touches.pose, touches.posture, touches.turns)
     return b"".join([head_and_body(name, "touches", date, body, len(body)), b"/POS\r\n", *blocks, b"/END\r\n"])

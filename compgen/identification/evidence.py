@@ -87,7 +87,7 @@ def pose_equations(A: Array, z: Array, weight: Array, pose: IntArray, rho: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Prior:
+class FitPrior:
     """What is known of the unknowns before the rows: K parameters in groups, and the others."""
 
     group: IntArray  # (K,) of each parameter; the first K unknowns
@@ -104,7 +104,7 @@ class Scales:
     noise: Array  # (kinds,) s^2 [m^2], [rad^2]
     rho: float = 0.0  # of the noise that the rows of a pose share, over s^2, where an instrument measured them
 
-    def precision(self, prior: Prior) -> Array:
+    def precision(self, prior: FitPrior) -> Array:
         """Of all unknowns before the rows, (D,)."""
         return np.concatenate([1 / self.group[prior.group], prior.precision])
 
@@ -122,7 +122,7 @@ class Posterior:
 
 def posterior(
     channels: Sequence[NormalEquations],
-    prior: Prior,
+    prior: FitPrior,
     scales: Scales,
     *,
     learn_groups: bool = True,
@@ -161,7 +161,7 @@ def posterior(
     return Posterior(x, C, np.clip(gamma, 0, 1), scales, float(evidence))
 
 
-def _solved(channels: Sequence[NormalEquations], prior: Prior, scales: Scales) -> tuple[Array, Array, float]:
+def _solved(channels: Sequence[NormalEquations], prior: FitPrior, scales: Scales) -> tuple[Array, Array, float]:
     """x (D,), C (D, D), and the logarithm of det C^-1."""
     H = np.diag(scales.precision(prior))
     b = np.concatenate([np.zeros(len(prior.group)), prior.precision * prior.mean])
@@ -178,7 +178,7 @@ def _solved(channels: Sequence[NormalEquations], prior: Prior, scales: Scales) -
     return cho_solve((factor, True), b / root) / root, C, 2 * float(np.log(np.diag(factor) * root).sum())
 
 
-def _group_scales(prior: Prior, scales: Scales, u: Array, gamma: Array) -> Array:
+def _group_scales(prior: FitPrior, scales: Scales, u: Array, gamma: Array) -> Array:
     """The next lambda of each group, (G,)."""
     G = len(scales.group)
     determined = np.bincount(prior.group, np.maximum(gamma, 0), G)

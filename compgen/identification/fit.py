@@ -27,13 +27,13 @@ from compgen.identification.instrument_frames import (
 )
 from compgen.identification.linearisation import (
     FRAME_PRECISION,
+    FitUnknowns,
     Linearisation,
     LinearProblem,
-    Unknowns,
+    fit_unknowns,
     linearise,
     prior_at,
     unknowns_at,
-    unknowns_of,
 )
 from compgen.identification.measurements import KINDS, KNOWN, ORIENTATION, PLACE, Measurements
 from compgen.identification.model import ArmModel
@@ -256,9 +256,9 @@ class _Solver:
         )
 
     @property
-    def unknowns(self) -> Unknowns:
+    def unknowns(self) -> FitUnknowns:
         """Which columns are whose."""
-        return unknowns_of(self.data, self.active)
+        return fit_unknowns(self.data, self.active)
 
     def _stepped(self, point: _Iterate, solution: Posterior, x0: Array, share: float) -> _Iterate:
         unknowns = self.unknowns

@@ -24,9 +24,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import cross_matrix, rotation_vector
 from compgen.identification.evidence import (
     ROUNDS,
+    FitPrior,
     NormalEquations,
     Posterior,
-    Prior,
     Scales,
     normal_equations,
     pose_equations,
@@ -42,7 +42,7 @@ FRAME_PRECISION = 100.0  # [1/m2], [1/rad2] of steps of the frames, 0.1 m and 0.
 
 
 @dataclass(frozen=True, slots=True)
-class Unknowns:
+class FitUnknowns:
     """x = (parameters, for each instrument its turn and its origin, reflectors, fixed places, the reflectors' axes)."""
 
     parameters: int  # K'
@@ -80,10 +80,10 @@ class Unknowns:
         return slice(begin, begin + 3)
 
 
-def unknowns_of(data: Measurements, active: BoolArray) -> Unknowns:
+def fit_unknowns(data: Measurements, active: BoolArray) -> FitUnknowns:
     """The unknowns of a fit of the active parameters, (K,), to some measurements."""
     oriented = bool(np.isfinite(data.rotation[:, 0, 0]).any())
-    return Unknowns(int(active.sum()), len(data.instruments), len(data.reflectors), len(data.fixed.names), oriented)
+    return FitUnknowns(int(active.sum()), len(data.instruments), len(data.reflectors), len(data.fixed.names), oriented)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -111,7 +111,7 @@ def linearise(
     P, R, dP, dR = model.derivatives(active, data, p)
     scale = model.prior[active]
     dP, dR = dP * scale, dR * scale
-    unknowns = unknowns_of(data, active)
+    unknowns = fit_unknowns(data, active)
     arm = _Arm(unknowns, R, dP, dR, frames)
     oriented = np.flatnonzero(np.isfinite(data.rotation[:, 0, 0]))
     F = frames.rotation_of(data.instrument)
@@ -154,7 +154,7 @@ def _with_half_widths(
 class _Arm:
     """The flange at each pose, and its derivatives by the parameters."""
 
-    unknowns: Unknowns
+    unknowns: FitUnknowns
     rotation: Array  # (M, 3, 3)
     dP: Array  # (M, 3, K)
     dR: Array  # (M, 3, 3, K)
@@ -192,7 +192,7 @@ def _with_far_ends(data: Measurements, arm: _Arm, delta: Array, A: Array) -> tup
 
 def _linearise_orientations(
     data: Measurements,
-    unknowns: Unknowns,
+    unknowns: FitUnknowns,
     R: Array,
     dR: Array,
     frames: InstrumentFrames,
@@ -224,7 +224,7 @@ class LinearProblem:
     linear: Linearisation
     weight: Array  # (N,)
     x: Array  # (D,) unknowns at the point: parameters over their priors, no step of the frames
-    prior: Prior
+    prior: FitPrior
     scales: Scales
 
     def equations(
@@ -284,7 +284,7 @@ class LinearProblem:
         return np.asarray(self.linear.z[rows] - self.linear.A[rows] @ (x - self.x))
 
 
-def prior_at(model: ArmModel, data: Measurements, active: BoolArray, frames: InstrumentFrames, size: int) -> Prior:
+def prior_at(model: ArmModel, data: Measurements, active: BoolArray, frames: InstrumentFrames, size: int) -> FitPrior:
     """What is known of the unknowns, (D,) of which are ``size``: those of the frames are steps from the ones given."""
     free = size - int(active.sum())
     precision, mean = np.full(free, FRAME_PRECISION), np.zeros(free)
@@ -295,7 +295,7 @@ def prior_at(model: ArmModel, data: Measurements, active: BoolArray, frames: Ins
         begin = 6 * len(data.instruments)
         precision[begin : begin + data.guess.size] = np.repeat(data.guess_sigma**-2, 3)
         mean[begin : begin + data.guess.size] = (data.guess - frames.reflector).ravel()
-    return Prior(model.groups()[1][active], precision, mean, model.ceiling)
+    return FitPrior(model.groups()[1][active], precision, mean, model.ceiling)
 
 
 def unknowns_at(model: ArmModel, active: BoolArray, p: Array, size: int) -> Array:

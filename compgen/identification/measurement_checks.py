@@ -305,7 +305,7 @@ def _distances(
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Reading:
+class JointReading:
     """A way to read the columns of joints."""
 
     words: str  # what fits
@@ -317,34 +317,36 @@ class Reading:
         return np.asarray(pendant @ self.matrix.T + self.offset)
 
 
-def readings(coupling: int) -> list[Reading]:
+def readings(coupling: int) -> list[JointReading]:
     """All that are tried.
 
     Args:
         coupling: Of J2 in theta_3 by the robot file, 1 or -1 where J3 counts against the horizontal, 0 where alone.
     """
     still, unit = np.zeros(6), np.eye(6)
-    signs = [Reading(f"J{k + 1} fits with the opposite sign", unit - 2 * np.diag(unit[k]), still) for k in range(6)]
+    signs = [
+        JointReading(f"J{k + 1} fits with the opposite sign", unit - 2 * np.diag(unit[k]), still) for k in range(6)
+    ]
     coupled = []
     for more in (-coupling, coupling, -2 * coupling) if coupling else (-1, 1):
         matrix, of = unit.copy(), coupling + more
         matrix[2, 1] = more
         words = COUPLED[of] if of in COUPLED else f"{COUPLED[coupling]}, which the robot file has already"
-        coupled.append(Reading(words, matrix, still))
+        coupled.append(JointReading(words, matrix, still))
     turned = [
-        Reading(f"J{k + 1} fits with its zero turned by {turn:+d} deg", unit, unit[k] * turn * DEG)
+        JointReading(f"J{k + 1} fits with its zero turned by {turn:+d} deg", unit, unit[k] * turn * DEG)
         for k in range(6)
         for turn in (-90, 90, 180)
     ]
     if coupling:  # the sign of theta_2 alone: theta_3 keeps its own
         alone = unit - 2 * np.diag(unit[1])
         alone[2, 1] = 2.0 * coupling
-        signs.insert(2, Reading(f"{signs[1].words}, and J3 as it is against the horizontal", alone, still))
+        signs.insert(2, JointReading(f"{signs[1].words}, and J3 as it is against the horizontal", alone, still))
     exchanged = []
     for i, j in ((0, 1), (1, 2), (3, 4), (4, 5), (3, 5)):
         order = list(range(6))
         order[i], order[j] = j, i
-        exchanged.append(Reading(f"J{i + 1} and J{j + 1} fit exchanged", unit[order], still))
+        exchanged.append(JointReading(f"J{i + 1} and J{j + 1} fit exchanged", unit[order], still))
     return [*signs, *coupled, *turned, *exchanged]
 
 

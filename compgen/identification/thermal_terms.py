@@ -38,16 +38,16 @@ BLOCKS = 6  # of consecutive warm poses; the first is never foretold
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Known:
+class Information:
     """What rows say of the unknowns."""
 
     x: Array  # (D,)
     C: Array  # (D, D) covariance
 
-    def without(self, k: IntArray) -> "Known":
+    def without(self, k: IntArray) -> "Information":
         """The same with unknowns k at zero."""
         lever = np.linalg.solve(self.C[np.ix_(k, k)], self.C[k])
-        return Known(self.x - self.x[k] @ lever, self.C - self.C[:, k] @ lever)
+        return Information(self.x - self.x[k] @ lever, self.C - self.C[:, k] @ lever)
 
     def loss(self, k: IntArray, variance: float) -> float:
         """By how much unknowns k at zero explain the rows worse, in log evidence; their prior has this variance."""
@@ -60,8 +60,8 @@ class _Choice:
     """What all rows of a fit say, and what those before each block say of it."""
 
     problem: LinearProblem
-    known: Known
-    foretold: list[tuple[Known, BoolArray]]  # what is known before a block, and its rows (N,)
+    known: Information
+    foretold: list[tuple[Information, BoolArray]]  # what is known before a block, and its rows (N,)
 
     def without(self, k: IntArray) -> "_Choice":
         """The same with unknowns k at zero."""
@@ -154,9 +154,9 @@ def _choice(model: ArmModel, data: Measurements, fitted: Fit) -> _Choice:
     return _Choice(problem, _known(problem), foretold)
 
 
-def _known(problem: LinearProblem, rows: BoolArray | None = None) -> Known:
+def _known(problem: LinearProblem, rows: BoolArray | None = None) -> Information:
     solution = problem.solve(problem.equations(rows))
-    return Known(solution.x, solution.covariance)
+    return Information(solution.x, solution.covariance)
 
 
 def warm_blocks(data: Measurements) -> IntArray:

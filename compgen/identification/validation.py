@@ -44,7 +44,7 @@ class Validation:
     findings: tuple[Finding, ...]
 
 
-def statistics(distance: Array) -> dict[str, float]:
+def distance_statistics(distance: Array) -> dict[str, float]:
     """Mean, rms, 99th percentile, max [m] and count of some distances; none: all zero."""
     if not len(distance):
         return {"mean": 0.0, "rms": 0.0, "p99": 0.0, "max": 0.0, "count": 0}

@@ -18,7 +18,7 @@ from compgen.core.toml import dotted_keys, toml_value
 from compgen.core.units import MINUTE, limit_words
 from compgen.error_model.anchored_state import ACCEPTED, BASE, AnchoredState, read_state
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
-from compgen.error_model.posterior import KnownParameter, numbers_of
+from compgen.error_model.posterior import KnownParameter, known_numbers
 from compgen.job.job import Cell
 from compgen.thermal import Duty
 from compgen.thermal.ambient import Ambient, still_air
@@ -128,7 +128,7 @@ def drifting_row(cell: Cell, parameters: SourceParameters, name: str, where: str
     Raises:
         InputError: The robot file has none of that name.
     """
-    numbers: dict[str, tuple[KnownParameter, float]] = numbers_of(cell.known)
+    numbers: dict[str, tuple[KnownParameter, float]] = known_numbers(cell.known)
     if name not in numbers:
         near = [n for n in numbers if n.partition(".")[0] == name.partition(".")[0]] or list(numbers)
         raise InputError(

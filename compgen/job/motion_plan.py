@@ -23,7 +23,7 @@ from compgen.error_model.model import ErrorModel
 from compgen.job.job import Cell, Process, ProgramPlan
 from compgen.job.moves_in_arcs import page_stops_of_arcs, without_period
 from compgen.planning import retiming, toolpath
-from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
+from compgen.planning.lead_in import LeadIn, LeadInArm, plan_lead_in
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import LayoutSettings, ToolPath
 from compgen.planning.whole_periods import Periods
@@ -178,7 +178,7 @@ def _lead_in(program: ProgramPlan, cell: Cell, model: ErrorModel) -> LeadIn | No
         return None  # what stops the robot is named by its waypoint where the whole path is followed
     theta = _joints(program, robot, beginning.target)
     least, travel = settling(cell.sources, model, theta[0])
-    arm = Arm(tcp, can_drive, robot.lower, robot.upper)
+    arm = LeadInArm(tcp, can_drive, robot.lower, robot.upper)
     return plan_lead_in(arm, theta, np.maximum(least, LEAST_TURN), travel, beginning.exact, process.lift)
 
 

@@ -30,7 +30,7 @@ class PromptMotion:
     motion: DirectionState  # of the sources
 
 
-def windows(
+def longest_waits(
     job: Job, model: ErrorModel, course: PromptMotion, first: IntArray, state: Array, together: int = TOGETHER
 ) -> Array:
     """How long the robot may wait at waypoints before that adds more than ``job.start_drift`` anywhere behind them.
@@ -54,7 +54,7 @@ def windows(
 
 
 def _windows(job: Job, model: ErrorModel, course: PromptMotion, first: IntArray, state: Array) -> Array:
-    """``windows`` for a few places, by bisection of all at once."""
+    """``longest_waits`` for a few places, by bisection of all at once."""
     samples = np.array([np.linspace(n, len(course.time) - 1, SAMPLES).astype(int) for n in first])  # (P, SAMPLES)
     rows = samples.ravel()
     begin, time = course.time[first], course.time[samples]

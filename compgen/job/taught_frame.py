@@ -19,7 +19,7 @@ from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
 from compgen.error_model.rigid_share import RigidShare, rigid_share
-from compgen.error_model.uncertain_sources import Cause, Quantity
+from compgen.error_model.uncertain_sources import DrawnCause, Quantity
 from compgen.job.job import Cell
 from compgen.job.part_frame import WARM
 from compgen.planning.tables import TaughtTable
@@ -52,7 +52,7 @@ def is_probe(tool: Pose, taught: TaughtTable) -> bool:
     return float(np.abs(tool.position - np.array(taught.probe_mm) * MM).max()) < SAME_TOOL
 
 
-def open_of_frame(taught: TaughtTable, rows: Array, middle: Array, nothing: Cause) -> list[Quantity]:
+def open_of_frame(taught: TaughtTable, rows: Array, middle: Array, nothing: DrawnCause) -> list[Quantity]:
     """What is open of a frame that does not say its touches: place and turn by their sigmas.
 
     Args:
@@ -65,7 +65,7 @@ def open_of_frame(taught: TaughtTable, rows: Array, middle: Array, nothing: Caus
     return _of_factor(np.diag(sigma), rows, middle, nothing)
 
 
-def _of_factor(factor: Array, rows: Array, middle: Array, nothing: Cause) -> list[Quantity]:
+def _of_factor(factor: Array, rows: Array, middle: Array, nothing: DrawnCause) -> list[Quantity]:
     """The columns of a factor (9, 9) of the covariance of place, turn and probe, each a quantity."""
     changes = [rows @ _about_origin(u, middle) for u in factor.T]
     return [
@@ -81,7 +81,7 @@ def taken_up(
     parameters: SourceParameters,
     quantities: Sequence[Quantity],
     rows: Array,
-    nothing: Cause,
+    nothing: DrawnCause,
 ) -> tuple[list[Quantity], TakenUp]:
     """The quantities with what the frame has taken up of each, and what is open of the frame itself.
 

@@ -12,7 +12,7 @@ from compgen.core.pose import Pose
 from compgen.error_model.parameter_slopes import SourceParameters, parameters_of
 from compgen.error_model.posterior import LAW
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
-from compgen.error_model.uncertain_sources import Cause, Quantity
+from compgen.error_model.uncertain_sources import DrawnCause, Quantity
 from compgen.job.anchored_start import drifting_rows, state_columns
 from compgen.job.job import Cell, Job
 from compgen.job.part_frame import PartFrame
@@ -103,8 +103,8 @@ def quantities_of_cell(cell: Cell) -> JobUncertainty:
     return JobUncertainty(parameters, (*kept, *of_state))
 
 
-def _no_cause(cell: Cell, parameters: SourceParameters) -> Cause:
-    return Cause(np.zeros(len(parameters.entries)), HeatChange.none(len(cell.heat.names)), np.zeros(6))
+def _no_cause(cell: Cell, parameters: SourceParameters) -> DrawnCause:
+    return DrawnCause(np.zeros(len(parameters.entries)), HeatChange.none(len(cell.heat.names)), np.zeros(6))
 
 
 def is_identified(cell: Cell) -> bool:
@@ -129,7 +129,7 @@ def refuse_silent_file(cell: Cell, uncertainty: JobUncertainty, where: str) -> N
         )
 
 
-def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:
+def changed_job(job: Job, parameters: SourceParameters, cause: DrawnCause) -> Job:
     """A job in a world that differs from what its files say: what a draw of the quantities is, for the twin to fly.
 
     Args:
@@ -144,7 +144,7 @@ def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:
     return replace(job, cell=cell, history=replace(history, before=(*history.before, *late), air=air))
 
 
-def changed_cell(cell: Cell, parameters: SourceParameters, cause: Cause) -> Cell:
+def changed_cell(cell: Cell, parameters: SourceParameters, cause: DrawnCause) -> Cell:
     """A cell whose sources and heat differ from what its file says; the air around it is no part of it."""
     sources = parameters.moved(cause.parameters)
     if cause.width.any():
@@ -167,7 +167,7 @@ def open_log_end(cell: Cell) -> OpenLogEnd:
     return OpenLogEnd(start.T, hidden)
 
 
-def _of_warmth(cell: Cell, nothing: Cause) -> Iterator[Quantity]:
+def _of_warmth(cell: Cell, nothing: DrawnCause) -> Iterator[Quantity]:
     """Law, sensors, air and feed."""
     warmth, zero, log_end = cell.warmth, nothing.heat, open_log_end(cell)
 
@@ -190,7 +190,7 @@ def _of_warmth(cell: Cell, nothing: Cause) -> Iterator[Quantity]:
         yield quantity("feed", "feed", feed=warmth.feed)
 
 
-def _of_state(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+def _of_state(cell: Cell, parameters: SourceParameters, nothing: DrawnCause) -> list[Quantity]:
     """What the touches left open: the columns of an anchored state's covariance, whose rises fade with their lag."""
     return [
         Quantity(
@@ -201,7 +201,7 @@ def _of_state(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[
     ]  # fmt: skip
 
 
-def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> Iterator[Quantity]:
+def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: DrawnCause) -> Iterator[Quantity]:
     r"""The coefficient of expansion and the profiles, where the file gives intervals and nobody measured them.
 
     A warm-up that was measured is foretold with the file's own coefficient and profiles. What these are off by, f of
@@ -224,7 +224,7 @@ def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> I
             yield Quantity(f"profile of {length}", "profile shape", cause, limits)
 
 
-def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+def _of_sources(cell: Cell, parameters: SourceParameters, nothing: DrawnCause) -> list[Quantity]:
     """Each number of a source by its sigma; where it was never identified by its prior, as far as a pose shows it."""
     deviation = np.zeros(len(parameters.entries))
     together = set() if cell.posterior is None else {p.table for p in cell.posterior.parameters}
@@ -251,7 +251,7 @@ def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> lis
     ]
 
 
-def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: DrawnCause) -> list[Quantity]:
     r"""The identified numbers together: the columns of F, C = F F^T, each a quantity.
 
     Of play p, which runs through each reversal measure, what the rest r does not tell stands by itself:
@@ -282,7 +282,7 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
     return [
         Quantity(
             f"identified {k + 1}", rows[k],
-            Cause(changes[k], replace(nothing.heat, scale=scale[k], lag=lag[k]), width[k]),
+            DrawnCause(changes[k], replace(nothing.heat, scale=scale[k], lag=lag[k]), width[k]),
         )
         for k in range(R)
     ]  # fmt: skip
@@ -298,7 +298,7 @@ def _factor(C: Array, last: BoolArray) -> Array:
     return F
 
 
-def _of_widths(cell: Cell, nothing: Cause) -> Iterator[Quantity]:
+def _of_widths(cell: Cell, nothing: DrawnCause) -> Iterator[Quantity]:
     """How far each joint turns to forget a reversal, where reversals were not measured: to a factor."""
     measured = () if cell.posterior is None else cell.posterior.parameters
     for source in cell.sources:
@@ -311,7 +311,7 @@ def _of_widths(cell: Cell, nothing: Cause) -> Iterator[Quantity]:
                 yield Quantity(f"{source.NAME}.width[{i + 1}]", source.BUDGET, cause)
 
 
-def _of_tool(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+def _of_tool(job: Job, parameters: SourceParameters, nothing: DrawnCause) -> list[Quantity]:
     """Where the TCP is in the flange."""
     units = np.eye(len(parameters.entries))
     return [

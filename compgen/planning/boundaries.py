@@ -149,7 +149,7 @@ def unbounded() -> Boundary:
     return Boundary(np.zeros((0, 2)), np.zeros(0), np.inf)
 
 
-def circle(diameter: float) -> Boundary:
+def round_part(diameter: float) -> Boundary:
     """A round part of a diameter [m]."""
     return Boundary(np.zeros((0, 2)), np.zeros(0), diameter / 2)
 
@@ -225,7 +225,7 @@ def slot_hole(length: float, width: float) -> Boundary:
     return replace(unbounded(), slots=np.array([[-reach, 0.0, reach, 0.0, width / 2]]))
 
 
-def moved(hole: Boundary, by: Array) -> Boundary:
+def moved_hole(hole: Boundary, by: Array) -> Boundary:
     """A hole moved, (2,) [m]."""
     return replace(hole, edges=hole.edges + np.tile(by, 2), slots=hole.slots + np.append(np.tile(by, 2), 0.0))
 

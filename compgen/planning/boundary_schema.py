@@ -9,11 +9,11 @@ from compgen.core.exceptions import InputError
 from compgen.core.toml import Angle, Coordinate, Length, Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries
-from compgen.planning.boundaries import Boundary, moved, pierced, ring_hole, slot_hole
+from compgen.planning.boundaries import Boundary, moved_hole, pierced, ring_hole, slot_hole
 
 Corner = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Corners = Annotated[list[Corner], Field(min_length=3, max_length=200)]
-Sizes = Annotated[list[Length], Field(min_length=2, max_length=2)]
+TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 #: the keys that each kind of hole needs
 OF_HOLE = {
     "polygon": {"corners_mm"},
@@ -42,7 +42,7 @@ class HoleTable(Table):
     """Length from end to end; a slot needs it."""
     width_mm: Length | None = None
     """Width; a slot needs it."""
-    size_mm: Sizes | None = None
+    size_mm: TwoLengths | None = None
     """Sizes along x and y; a rectangle needs them."""
     rotation_deg: Angle | None = None
     """Turn of a slot or a rectangle about its middle; default 0: length, and first size, along x."""
@@ -57,7 +57,7 @@ class BoundaryTable(Table):
     """Diameter; a circle needs it."""
     corner_to_corner_mm: Length | None = None
     """Distance of opposite corners; a hexagon needs it."""
-    size_mm: Sizes | None = None
+    size_mm: TwoLengths | None = None
     """Sizes along x and y; a rectangle needs them."""
     corners_mm: Corners | None = None
     """Corners [x, y] in order round the part; a polygon needs them."""
@@ -94,7 +94,7 @@ def boundary_from_table(table: BoundaryTable | None, file: str) -> Boundary | No
 def _outline(shape: str, size: Any, rotation: float) -> Boundary:
     """The edge without its holes."""
     if shape == "circle":
-        return boundaries.circle(size * MM)
+        return boundaries.round_part(size * MM)
     if shape == "hexagon":
         return boundaries.hexagon(size * MM, rotation)
     if shape == "rectangle":
@@ -116,10 +116,10 @@ def _hole(table: HoleTable, name: str) -> Boundary:
     centre = np.array([table.x_mm, table.y_mm]) * MM
     if table.kind == "rectangle":
         x, y = np.array(table.size_mm) / 2 * MM
-        return moved(ring_hole(np.array([(-x, -y), (x, -y), (x, y), (-x, y)]), name).turned(angle), centre)
+        return moved_hole(ring_hole(np.array([(-x, -y), (x, -y), (x, y), (-x, y)]), name).turned(angle), centre)
     length, width = table.length_mm or table.diameter_mm or 0.0, table.width_mm or table.diameter_mm or 0.0
     if length < width:
         raise InputError(
             f"{name}.length_mm: {length:g} is less than width_mm = {width:g}; turn it by rotation_deg = 90"
         )
-    return moved(slot_hole(length * MM, width * MM).turned(angle), centre)
+    return moved_hole(slot_hole(length * MM, width * MM).turned(angle), centre)

@@ -204,7 +204,7 @@ class PathFunctions:
     def pose_and_travel(self) -> Any:
         """t, (cos, sin) of the spin -> position (3), rotation (9, row by row), travel (3)."""
         axis = ca.SX.sym("axis", 2)
-        position, rotation, _ = pose_expr(self.lift(self._t), axis, tilt_expr(self._inputs[0], self._t))
+        position, rotation, _ = tilted_pose_expr(self.lift(self._t), axis, tilt_expr(self._inputs[0], self._t))
         travel = self.derivatives(self._t)[0]
         outputs = ca.cse([position, ca.vec(rotation.T), travel / ca.norm_2(travel)])
         return self._build("pose_and_travel", [self._t, axis], outputs)
@@ -280,7 +280,7 @@ def path_functions() -> PathFunctions:
     return PathFunctions()
 
 
-def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any, tilt: Any) -> tuple[Any, Any, Any]:
+def tilted_pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any, tilt: Any) -> tuple[Any, Any, Any]:
     r"""Tool position, rotation and extent of the outputs of ``lift_expr``.
 
     The tool stands on the surface, then turns by the Gibbs vector g in its own axes (Rodrigues):
@@ -311,6 +311,8 @@ def build_pose(shape: tuple[int, int, int]) -> Any:
     piece, surface, t = ca.SX.sym("piece", WIDTH), ca.SX.sym("surface", 15), ca.SX.sym("t")
     axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", coefficient_count(shape))
     xy = curve_expr(piece, t)[0]
-    position, rotation, extent = pose_expr(lift_expr(surface, xy, height_expr(piece, t)[0]), axis, tilt_expr(piece, t))
+    position, rotation, extent = tilted_pose_expr(
+        lift_expr(surface, xy, height_expr(piece, t)[0]), axis, tilt_expr(piece, t)
+    )
     outputs = ca.cse([position, ca.vec(rotation.T), extent, inside_expr(edge, xy, shape)])
     return ca.Function("pose", [piece, surface, t, axis, edge], outputs)

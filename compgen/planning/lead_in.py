@@ -43,7 +43,7 @@ class LeadIn:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Arm:
+class LeadInArm:
     """What a lead-in asks of the arm."""
 
     tcp: Callable[[Array], Pose]  # nominal TCP of joints (N, 6) [rad]
@@ -52,7 +52,9 @@ class Arm:
     upper: Array  # (6,) [rad]
 
 
-def plan_lead_in(arm: Arm, theta: Array, least: Array, travel: float, exact: ExactPath, lift: float) -> LeadIn | None:
+def plan_lead_in(
+    arm: LeadInArm, theta: Array, least: Array, travel: float, exact: ExactPath, lift: float
+) -> LeadIn | None:
     """The lead-in onto a path.
 
     Args:
@@ -94,7 +96,7 @@ def _choices(moves: BoolArray) -> list[BoolArray]:
 
 
 def _start(
-    arm: Arm,
+    arm: LeadInArm,
     theta: Array,
     place: Array,
     rate: Array,

@@ -182,7 +182,7 @@ def _raster(table: RasterTable, boundary: Boundary | None, file: str, lift: floa
     if clip is None:
         if table.diameter_mm is None:
             raise InputError(f"{file}: path.diameter_mm: missing; give it, or a [boundary]")
-        clip = boundaries.circle(table.diameter_mm * MM)
+        clip = boundaries.round_part(table.diameter_mm * MM)
     if table.sweeps == "one way" and table.turn == "smooth":
         raise InputError(f"{file}: path.turn: sweeps that go one way have no turns; remove it, or path.sweeps")
 

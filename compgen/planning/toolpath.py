@@ -19,7 +19,7 @@ from compgen.core.pose import Pose
 from compgen.planning import curves
 from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, ExactPath, PathPoses
 from compgen.planning.lead_in import LeadIn
-from compgen.planning.whole_periods import STRETCH, Cells, Layout, Periods, lay_out
+from compgen.planning.whole_periods import STRETCH, Cells, Periods, SegmentLayout, lay_out
 
 CELLS = 48  # a piece, for its curvature
 ALL_CELLS = 2_000_000  # of all pieces: a path of so many short ones has fewer each, two at least
@@ -299,7 +299,7 @@ def _cells(exact: ExactPath, layout: LayoutSettings) -> Cells:
 
 
 def _spans(
-    exact: ExactPath, pieces: IntArray, cells: Array, first: IntArray, layout: Layout, *, exactly: bool
+    exact: ExactPath, pieces: IntArray, cells: Array, first: IntArray, layout: SegmentLayout, *, exactly: bool
 ) -> tuple[Array, IntArray, Array]:
     """Where segments of some lengths begin and end.
 

@@ -47,14 +47,14 @@ class Cells(NamedTuple):
     stretch: Array  # (K, C) e
 
 
-class Layout(NamedTuple):
+class SegmentLayout(NamedTuple):
     """S segments along the arc length, chain after chain."""
 
     length: Array  # (S,) [m]
     per_chain: IntArray  # (H,) how many each chain has
 
 
-def lay_out(cells: Cells, loosest: Array, pace: Array, first: IntArray, periods: Periods | None) -> Layout:
+def lay_out(cells: Cells, loosest: Array, pace: Array, first: IntArray, periods: Periods | None) -> SegmentLayout:
     """Segments that last whole periods where the spacing allows it.
 
     Args:
@@ -187,7 +187,7 @@ def _lines(way: _Way, s: _Stretches, walk: _Walk) -> _Lines:
     return _Lines(length, n, single, chain)
 
 
-def _with_rests(lines: _Lines, s: _Stretches, rest: Array, limit: Array) -> Layout:
+def _with_rests(lines: _Lines, s: _Stretches, rest: Array, limit: Array) -> SegmentLayout:
     """The lengths of all segments, with what is left at the ends of the chains.
 
     Args:
@@ -225,4 +225,4 @@ def _with_rests(lines: _Lines, s: _Stretches, rest: Array, limit: Array) -> Layo
     length = np.where(whole.n > 0, whole.single + g * (whole.length - whole.single), whole.length)
     ones = np.bincount(whole.owner, (whole.n == 1) * length, minlength=H)
     f = np.where(left & ~takes & ~gives, 1 - lacking / np.where(ones > 0, ones, 1.0), 1.0)[whole.owner]
-    return Layout(np.where(whole.n == 1, f * length, length), np.bincount(whole.owner, minlength=H))
+    return SegmentLayout(np.where(whole.n == 1, f * length, length), np.bincount(whole.owner, minlength=H))

@@ -252,7 +252,7 @@ def _words(nearest: Array, dips: BoolArray) -> str:
     return " and ".join(text for text, dip in zip(words, dips, strict=True) if dip)
 
 
-def sample_lengths(robot: Robot, driven: DrivenProgram, station: IntArray, fraction: Array, judged: BoolArray) -> Array:
+def way_lengths(robot: Robot, driven: DrivenProgram, station: IntArray, fraction: Array, judged: BoolArray) -> Array:
     """Length of path that each sample stands for, (M,) [m].
 
     Args:

@@ -13,7 +13,7 @@ from compgen.core.units import MDEG, UM, limit_words
 from compgen.core.version import __version__
 from compgen.error_model.anchored_state import BASE
 from compgen.pipelines.anchor import Anchored
-from compgen.pipelines.anchor.hypotheses import Judged
+from compgen.pipelines.anchor.hypotheses import Weighed
 from compgen.pipelines.anchor.verdict import PLAUSIBLE, UNLIKELY, probability
 from compgen.report.curves import figure_in_rows, size_row
 from compgen.report.figure import COOL, GREY, WARM, Figure
@@ -99,7 +99,7 @@ def _touches(anchored: Anchored) -> Iterator[dict[str, Any]]:
         yield row
 
 
-def _hypothesis(judged: Judged, anchored: Anchored) -> dict[str, Any]:
+def _hypothesis(judged: Weighed, anchored: Anchored) -> dict[str, Any]:
     h = judged.hypothesis
     return {
         "times_the_forecast": h.day,

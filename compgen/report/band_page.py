@@ -9,7 +9,7 @@ from compgen.core.arrays import Array
 from compgen.core.units import UM
 from compgen.error_model.unmeasured import NOT_LOOKED_AT
 from compgen.report.band_words import PARTED, known_words, next_words, rounded, size_words, unknown_words
-from compgen.report.curves import Row, course, sentence
+from compgen.report.curves import CurveRow, course, sentence
 from compgen.report.figure import GREY, Figure, axis, figure, spans, trace
 from compgen.report.page import with_units
 from compgen.verification.band import ONE_SIDED
@@ -70,12 +70,12 @@ def band_rows(record: dict[str, Any]) -> list[list[str]]:
     return rows
 
 
-def radius_row(time: Array, radius: Array) -> Row:
+def radius_row(time: Array, radius: Array) -> CurveRow:
     """How far off the tool may be, (K,) [m], as a row of a figure over time (K,) [s]."""
     look = {"mode": "lines", "fill": "tozeroy", "fillcolor": BAND, "line": {"color": BAND_LINE, "width": 1}}
     name = "may be off (95 %), as far as known"
     curve = trace("scatter", np.round(time, 4), np.round(radius / UM, 3), name=name, showlegend=True, **look)
-    return Row("may be off [µm]", [curve], course("may be off (95 %)", radius / UM, "µm"))
+    return CurveRow("may be off [µm]", [curve], course("may be off (95 %)", radius / UM, "µm"))
 
 
 def budget_figure(record: dict[str, Any]) -> Figure:

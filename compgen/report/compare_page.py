@@ -17,12 +17,12 @@ from compgen.report.compare_words import (
     change_of,
     comparison_record,
     file_of,
-    headline,
     input_cells,
     label_of,
     positions_sentence,
     printed_unit,
     ranked,
+    what_changed,
     whose_output,
 )
 from compgen.report.curves import curves_in_words
@@ -73,7 +73,7 @@ def comparison_html(comparison: Comparison, max_um: float | None, options: PageO
         inputs=_whose(comparison),
         options=options,
         kind=kind,
-        words=f"{headline(comparison)}.{judged}",
+        words=f"{what_changed(comparison)}.{judged}",
         notes=comparison.notes,
         not_known=NOT_KNOWN,
         input_rows=None if inputs is None else [_input_row(pair, comparison.kind) for pair in inputs],

@@ -222,7 +222,7 @@ def file_of(key: str, kind: Command) -> str:
     return "command line" if kind == Command.CORRECT else "path file"
 
 
-def headline(comparison: Comparison) -> str:
+def what_changed(comparison: Comparison) -> str:
     """What changed, in one sentence."""
     if comparison.is_equal:
         if not isinstance(comparison.movement, str):

@@ -28,7 +28,7 @@ LEVEL, CLEAR_TREND = 0.1, 0.8  # of the largest value; of the rank correlation
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Row:
+class CurveRow:
     """Curves that share an axis, and a bound across them."""
 
     title: str  # of the axis
@@ -38,12 +38,14 @@ class Row:
     options: dict[str, Any] = field(default_factory=lambda: {"rangemode": "tozero"})  # of the axis
 
 
-def size_row(name: str, x: Array, size: Array, bound: float | None = None, **look: Any) -> Row:
+def size_row(name: str, x: Array, size: Array, bound: float | None = None, **look: Any) -> CurveRow:
     """A row of one curve of sizes, (K,) [um] over x (K,), with the bound [um] that they are judged by."""
-    return Row(f"{name} [µm]", [trace("scatter", x, size, **{"name": name, **look})], course(name, size, "µm"), bound)
+    return CurveRow(
+        f"{name} [µm]", [trace("scatter", x, size, **{"name": name, **look})], course(name, size, "µm"), bound
+    )
 
 
-def figure_in_rows(rows: Sequence[Row], x_title: str, subject: str) -> Figure:
+def figure_in_rows(rows: Sequence[CurveRow], x_title: str, subject: str) -> Figure:
     """Rows that are zoomed together along x."""
     count = len(rows)
     height = count * ROW + (count - 1) * GAP
@@ -79,14 +81,14 @@ def rise_figure(names: Sequence[str], time: Array, rise: Array, time_title: str)
     rows = rows_to_draw(np.arange(len(time), dtype=float))
     shown = np.round(time[rows], 3)
     traces = [
-        trace("scatter", shown, np.round(rise[rows, i], 4), name=name, line={**line_of(i), "width": 1.6})
+        trace("scatter", shown, np.round(rise[rows, i], 4), name=name, line={**line_style(i), "width": 1.6})
         for i, name in enumerate(names)
     ]
     alt = curves_in_words("Temperature rise of each part of the robot", traces, "K")
     return figure(traces, 320, alt, yaxis=axis("rise [K]", rangemode="tozero"), xaxis=axis(time_title))
 
 
-def line_of(number: int) -> dict[str, Any]:
+def line_style(number: int) -> dict[str, Any]:
     """The colour and the dash of one of many lines."""
     return {"color": LINES[number % len(LINES)], "dash": DASHES[number % len(DASHES)]}
 

@@ -16,7 +16,7 @@ from compgen.pipelines.study import Timeline
 from compgen.pipelines.uncertainty.not_known import not_known
 from compgen.report.band_page import LEFT_OPEN, band_facts
 from compgen.report.band_words import band_record, known_words, rounded, unknown_in_short, unknown_words
-from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, line_of
+from compgen.report.curves import CurveRow, course, curves_in_words, figure_in_rows, line_style
 from compgen.report.figure import COOL, GREY, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.inputs import day_inputs, made_from
 from compgen.report.page import PLAIN, PageOptions, fixed, page
@@ -161,7 +161,7 @@ def _of_worst_run(day: Timeline, largest: dict[str, Any], unit: str) -> str:
 def _rises(job: Job, day: Timeline) -> Figure:
     hours = np.round(day.time / HOUR, 5)
     traces = [
-        trace("scatter", hours, np.round(day.rise[:, i], 4), name=name, line={**line_of(i), "width": 1.5})
+        trace("scatter", hours, np.round(day.rise[:, i], 4), name=name, line={**line_style(i), "width": 1.5})
         for i, name in enumerate(job.heat.names)
     ]
     if day.air.any():
@@ -191,5 +191,5 @@ def _runs(job: Job, day: Timeline, max_um: float | None) -> Figure:
     ):
         size, line, marker = np.round(values / UM, 3), {"color": colour}, {"symbol": symbol}
         curve = trace("scatter", runs, size, name=name, mode="lines+markers", line=line, marker=marker, showlegend=True)
-        rows.append(Row(f"{title} [µm]", [curve], course(name, size, "µm"), max_um if title == "after" else None))
+        rows.append(CurveRow(f"{title} [µm]", [curve], course(name, size, "µm"), max_um if title == "after" else None))
     return figure_in_rows(rows, "run", "Largest error of each run")

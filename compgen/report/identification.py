@@ -14,9 +14,9 @@ from compgen.identification.fit_limits import fit_limits_record
 from compgen.identification.identifiability import correlations, largest_moves
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import KINDS, Measurements
-from compgen.identification.validation import Validation, statistics
+from compgen.identification.validation import Validation, distance_statistics
 from compgen.identification.verdict import known_here_only
-from compgen.report.curves import Row, course, curves_in_words, figure_in_rows
+from compgen.report.curves import CurveRow, course, curves_in_words, figure_in_rows
 from compgen.report.figure import COOL, GREY, RED_TO_BLUE, WARM, Figure, Trace, axis, figure, rows_to_draw, spans, trace
 from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.inputs import Inputs
@@ -178,7 +178,7 @@ def validation_summary(validation: Validation) -> dict[str, Any]:
     def sides(rows: BoolArray) -> dict[str, Any]:
         distances = {"nominal": validation.nominal[rows], "identified": validation.identified[rows]}
         return {
-            side: {k: (v if k == "count" else round(v / MM, 6)) for k, v in statistics(distance).items()}
+            side: {k: (v if k == "count" else round(v / MM, 6)) for k, v in distance_statistics(distance).items()}
             for side, distance in distances.items()
         }
 
@@ -327,7 +327,7 @@ def _residuals_over_time(identification: Identification) -> Figure:
         if name == "after" and len(outliers):
             traces.append(_set_aside(time[outliers], size[outliers], 0.96 * top))
             words.append(f"{len(outliers)} set aside")
-        rows.append(Row(f"{name} [µm]", traces, "; ".join(words), options={"range": [0, top]}))
+        rows.append(CurveRow(f"{name} [µm]", traces, "; ".join(words), options={"range": [0, top]}))
     return figure_in_rows(rows, "time [h]" if is_long else "time [s], or order", "Residual over time")
 
 

@@ -18,11 +18,11 @@ from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
 from compgen.report.band_page import band_facts, band_rows, budget_figure, radius_row
 from compgen.report.band_words import before_and_after, guaranteed_text, is_corrected, start_limit
-from compgen.report.curves import Row, course, curves_in_words, figure_in_rows, rise_figure
+from compgen.report.curves import CurveRow, course, curves_in_words, figure_in_rows, rise_figure
 from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, horizontal_line, rows_to_draw, trace
 from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.inputs import SHORT, Inputs, job_inputs
-from compgen.report.job_summary import band_of, job_summary
+from compgen.report.job_summary import job_band, job_summary
 from compgen.report.many_starts import averaged_figure
 from compgen.report.page import PLAIN, PageOptions, fixed, page
 from compgen.report.waypoints_csv import waypoints_blocks
@@ -152,7 +152,7 @@ def job_figures(planned: Planned, corrected: Corrected | None, summary: dict[str
     curves = [_error_curves(planned.deviation())] + ([_error_curves(corrected.deviation)] if corrected else [])
     rises = (planned.job.heat.names, planned.trajectory.time, planned.rise)
     averaged = None if corrected is None else corrected.averaged
-    band, path = band_of(planned, corrected), planned.path
+    band, path = job_band(planned, corrected), planned.path
     may = np.interp(curves[-1].arc, path.arc[band.rows], band.radius)
     return {
         **({} if averaged is None else {"average": averaged_figure(averaged)}),
@@ -193,7 +193,7 @@ def _error_over_time(curves: list[_ErrorCurves], bound: float | None, radius: Ar
             trace("scatter", time, curve.normal, name=f"{name}: along the tool", line=normal),
         ]
         limit = None if bound is None or name == "before" else bound / UM
-        rows.append(Row(f"{name} [µm]", traces, course(name, curve.total, "µm"), limit, {}))
+        rows.append(CurveRow(f"{name} [µm]", traces, course(name, curve.total, "µm"), limit, {}))
     rows.append(radius_row(curves[-1].time, radius))
     return figure_in_rows(rows, "time from leaving P[1] [s]", "Error over time")
 

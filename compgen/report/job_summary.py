@@ -38,7 +38,7 @@ SCHEMA = 1
 @kept_with("planned")  # screen, report.json and page say it
 def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
     """Everything a job found, in plain types."""
-    job, band = planned.job, band_of(planned, corrected)
+    job, band = planned.job, job_band(planned, corrected)
     written = corrected.written if corrected else planned.written()
     before, on_part = statistics(planned.deviation()), statistics(planned.deviation(), on_part=True)
     after = statistics(corrected.deviation) if corrected else None
@@ -219,7 +219,7 @@ def _model_form(form: ModelForm | None) -> dict[str, Any] | None:
     }
 
 
-def band_of(planned: Planned, corrected: Corrected | None) -> Band:
+def job_band(planned: Planned, corrected: Corrected | None) -> Band:
     """What a job's files leave open."""
     return planned.band_of_plan() if corrected is None else corrected.band
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.units import UM
 from compgen.pipelines.planned.many_starts import Averaged
-from compgen.report.curves import curves_in_words, line_of
+from compgen.report.curves import curves_in_words, line_style
 from compgen.report.figure import GREY, WARM, Figure, Trace, axis, figure, trace
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.deviation import Extent
@@ -92,7 +92,7 @@ def averaged_figure(averaged: Averaged) -> Figure:
         points = sorted((_start(start)[key], size / UM) for start, size in group)
         x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points, strict=True))
         name = ", ".join(["this file", *_words(others, averaged.ensemble)])
-        traces.append(trace("scatter", x, y, name=name, mode="lines", line=line_of(k)))
+        traces.append(trace("scatter", x, y, name=name, mode="lines", line=line_style(k)))
     flown = sorted((_start(one.start)[key], one.total.max / UM) for one in averaged.flown)
     anew = sorted((_start(one.start)[key], one.remade.max / UM) for one in averaged.flown if one.remade is not None)
     for name, points, marker in (

@@ -16,7 +16,7 @@ LAW, LOGGED = "temperature law", "temperature log"  # the second where a log is 
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class NextMeasurement:
     """A measurement, and the sources of a budget that it ends or makes smaller."""
 
     what: str
@@ -27,36 +27,36 @@ class Step:
 
 
 STEPS = (
-    Step(
+    NextMeasurement(
         "one hot length", ("cte", ONE_SIDED), 1.0,
         "cgen generate PATH --set robot.thermal.cte_um_m_K=12 --set 'robot.thermal.uncertainty.cte_um_m_K=[11.5,12.5]' "
         "--set 'robot.thermal.uncertainty.growth_percent.d4=[-9,9]'",
     ),
-    Step(
+    NextMeasurement(
         "sensors in one bath", ("thermocouples",), 1.0,
         "cgen generate PATH --set robot.thermal.uncertainty.sensors_K=0.1",
     ),
-    Step(
+    NextMeasurement(
         "a temperature log of the day", (LAW, "air", "feed"), 1.0,
         "cgen generate PATH --set log.file=log.csv",
     ),
-    Step("a sensor on every node", (LOGGED,), 2.0, "cgen generate PATH --set log.file=log.csv"),
-    Step(
+    NextMeasurement("a sensor on every node", (LOGGED,), 2.0, "cgen generate PATH --set log.file=log.csv"),
+    NextMeasurement(
         "twice as many touches of the spheres", ("anchored state",), 1.0, "cgen plan-touches PATH, then cgen anchor",
         DOUBLED,
     ),
-    Step(
+    NextMeasurement(
         "the part's frame, taught", (STANDS,), 0.5,
         "cgen teach-frame ROBOT --touches touches.csv --artefact artefact.toml",
     ),
-    Step("twice as many touches of the part's frame", ("part's frame",), 0.5, "cgen teach-frame", DOUBLED),
-    Step("the tool against a gauge", ("tool",), 0.5, "cgen generate PATH --set 'tool.sigma_um=[5,5,5]'"),
-    Step("reversals of each joint", ("lost motion",), 2.0, "cgen plan-poses ROBOT, then cgen identify"),
-    Step(
+    NextMeasurement("twice as many touches of the part's frame", ("part's frame",), 0.5, "cgen teach-frame", DOUBLED),
+    NextMeasurement("the tool against a gauge", ("tool",), 0.5, "cgen generate PATH --set 'tool.sigma_um=[5,5,5]'"),
+    NextMeasurement("reversals of each joint", ("lost motion",), 2.0, "cgen plan-poses ROBOT, then cgen identify"),
+    NextMeasurement(
         "twice as many poses, at best", ("identified parameters", "geometry", "fit noise"), 4.0,
         "cgen plan-poses ROBOT, then cgen identify", DOUBLED,
     ),
-    Step("a warm-up", ("bends and drift", "profile shape"), 6.0, "cgen identify ROBOT --warm-up warm.csv"),
+    NextMeasurement("a warm-up", ("bends and drift", "profile shape"), 6.0, "cgen identify ROBOT --warm-up warm.csv"),
 )  # fmt: skip
 #: for a program that exists: a key of its robot file is given to its own command, and it has no path file's keys
 STEPS_OF_PROGRAM = tuple(
@@ -67,7 +67,11 @@ STEPS_OF_PROGRAM = tuple(
 
 
 def next_steps(
-    p95_um: float, budget_um: dict[str, float], steps: Sequence[Step] = STEPS, *, taught_um: float | None = None
+    p95_um: float,
+    budget_um: dict[str, float],
+    steps: Sequence[NextMeasurement] = STEPS,
+    *,
+    taught_um: float | None = None,
 ) -> list[dict[str, Any]]:
     """The steps that take most off a band an hour, and what is left with those before; sources add as squares.
 
@@ -81,7 +85,7 @@ def next_steps(
     unit = rest / (sqrt(sum(size**2 for size in budget_um.values())) or 1.0)
     sources = {name: unit * size for name, size in budget_um.items()} | {STANDS: sqrt(p95_um**2 - rest**2)}
 
-    def left(steps: Sequence[Step]) -> float:
+    def left(steps: Sequence[NextMeasurement]) -> float:
         leaves = {name: step.leaves for step in steps for name in step.ends}
         return sqrt(sum((size * leaves.get(name, 1.0)) ** 2 for name, size in sources.items()))
 

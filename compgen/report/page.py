@@ -80,7 +80,7 @@ def templates() -> Environment:
         lstrip_blocks=True,
     )
     made.filters |= {"in_reading_order": in_reading_order, "largest_unknown": largest_unknown}
-    made.filters |= {"fixed": fixed, "units": with_units, "words": in_words, "rounded": rounded}
+    made.filters |= {"fixed": fixed, "units": with_units, "words": page_words, "rounded": rounded}
     made.globals |= {"div": div, "library": library_text, "marks": MARKS, "style": style, "version": __version__}
     made.globals |= {"statistics_head": statistics_head, "error_rows": error_rows}
     return made
@@ -91,7 +91,7 @@ def fixed(value: float, digits: int = 2) -> str:
     return f"{value:.{digits}f}"
 
 
-def in_words(text: str) -> Markup:
+def page_words(text: str) -> Markup:
     """Plain words as a page has them: with a capital, and with the sign of the micrometre."""
     return with_units(text[:1].upper() + text[1:])
 

@@ -14,7 +14,7 @@ from compgen.core.version import __version__
 from compgen.error_model.anchored_state import AnchoredState, state_text
 from compgen.job.tables import words_of_guarantee
 from compgen.pipelines.correct import Correction, Options
-from compgen.pipelines.correct.program_file import packed, planned_in
+from compgen.pipelines.correct.program_file import packed_program, planned_in
 from compgen.report.many_starts import starts_record
 from compgen.thermal import Duty
 
@@ -117,8 +117,8 @@ def provenance_json(result: Correction) -> bytes:
         "schema": SCHEMA,
         "command": Command.CORRECT,
         **provenance(result),
-        "planned_zlib_b85": packed(result.planned),
-        "called_zlib_b85": {name: packed(listing) for name, listing in result.around.called.listings},
+        "planned_zlib_b85": packed_program(result.planned),
+        "called_zlib_b85": {name: packed_program(listing) for name, listing in result.around.called.listings},
     }
     return json_text(data)
 

@@ -11,13 +11,13 @@ from compgen.core.commands import Command
 from compgen.core.units import HOUR, UM, limit_words
 from compgen.core.version import __version__
 from compgen.pipelines.findings.motion_findings import with_motion
-from compgen.pipelines.resume.corrected_rest import ResumedProgram, words_of
+from compgen.pipelines.resume.corrected_rest import ResumedProgram, resumed_words
 from compgen.pipelines.resume.follow import Look
 from compgen.pipelines.resume.result import Resumed
 from compgen.report.band_page import band_facts
 from compgen.report.band_words import band_record
 from compgen.report.correction import band_of_correction
-from compgen.report.curves import Row, course, figure_in_rows
+from compgen.report.curves import CurveRow, course, figure_in_rows
 from compgen.report.figure import COOL, WARM, Figure, rows_to_draw, trace
 from compgen.report.inputs import Inputs, correction_inputs, job_inputs, made_from, time_words
 from compgen.report.job_page import KINDS, REMARK, VERDICTS
@@ -168,7 +168,7 @@ def program_html(resumed: ResumedProgram, options: PageOptions) -> bytes:
         inputs=inputs.with_rows(("manifest", resumed.written.manifest_file)),
         options=options,
         kind="inside" if resumed.correction.inside else "outside",
-        words="; ".join(words_of(resumed)),
+        words="; ".join(resumed_words(resumed)),
         facts=band_facts(data["band"]) if data["band"] else [],
         findings=resumed.findings,
         page_rows=[[row["file"], *_sizes(row)] for row in data["pages"]],
@@ -191,7 +191,7 @@ def _figure(resumed: Resumed) -> Figure:
         curve = trace("scatter", deviation.time[shown] / HOUR, size[shown], name=name, line=line, showlegend=False)
         bound = resumed.planned.job.bounds.max
         limit = None if bound is None or name != "new pages" else bound / UM
-        rows.append(Row(f"{name} [µm]", [curve], course(name, size, "µm"), limit))
+        rows.append(CurveRow(f"{name} [µm]", [curve], course(name, size, "µm"), limit))
     return figure_in_rows(rows, "time from the page's start [h]", "Error over time")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.unique_rows import grouped
-from compgen.pipelines.study import Row, Study
+from compgen.pipelines.study import Study, StudyRow
 from compgen.report.curves import curves_in_words, rounded_number
 from compgen.report.figure import (
     COOL,
@@ -26,7 +26,7 @@ from compgen.report.figure import (
     trace,
 )
 from compgen.report.key_words import title_of, words_of
-from compgen.report.study_tables import Grid, Value, grid_of, in_words, plain
+from compgen.report.study_tables import Grid, Value, grid_of, plain, value_words
 
 MOST_LINES = 6  # values of a second key with a line and a name each; of more a colour bar tells them
 MOST_DRAWN = 30  # lines
@@ -41,7 +41,7 @@ PHONE_COLUMNS = 7  # of a map, up to which numbers in its cells can be read on a
 MANY_COLOURS = ("#2f54dc", "#8b46e0", "#e0508c", "#f59e0b")  # seen on a light and a dark page, and as greys on paper
 
 
-def error_against(study: Study, rows: list[Row], key: str) -> Figure:
+def error_against(study: Study, rows: list[StudyRow], key: str) -> Figure:
     """The largest error over the values of one key, a line for each value of another; before above, after below it."""
     return curves(grid_of(study.keys, rows), key)[0]
 
@@ -88,7 +88,7 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
     return drawn, f"{few}{held}".strip()
 
 
-def _rows_by(grid: Grid, other: str | None) -> dict[Value, list[Row]]:
+def _rows_by(grid: Grid, other: str | None) -> dict[Value, list[StudyRow]]:
     """The rows of each value of a key; all together where there is none."""
     return grouped(("" if other is None else grid.value(row, other), row) for row in grid.done)
 
@@ -110,7 +110,10 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
     over = 0 if limit is None else int(np.count_nonzero(cells > limit.um))
     beyond = f", {over} of them over {limit.label}" if limit is not None else ""
     low, high = (np.unravel_index(int(f(cells)), cells.shape) for f in (np.nanargmin, np.nanargmax))
-    at = [f"{words_of(x)} {in_words(x, columns[c])} and {words_of(y)} {in_words(y, lines[r])}" for r, c in (low, high)]
+    at = [
+        f"{words_of(x)} {value_words(x, columns[c])} and {words_of(y)} {value_words(y, lines[r])}"
+        for r, c in (low, high)
+    ]
     alt = (
         f"Largest error {side} of {np.count_nonzero(np.isfinite(cells))} scenarios{beyond}: from "
         f"{rounded_number(float(cells[low]))} µm at {at[0]} to {rounded_number(float(cells[high]))} µm at {at[1]}."
@@ -172,7 +175,7 @@ def _colours(grid: Grid, other: str | None) -> tuple[dict[Value, str], str]:
 
 
 def _line(
-    grid: Grid, key: str, rows: Sequence[Row], *, side: str, name: str, ink: dict[str, str], look: dict[str, Any]
+    grid: Grid, key: str, rows: Sequence[StudyRow], *, side: str, name: str, ink: dict[str, str], look: dict[str, Any]
 ) -> list[Trace]:
     """A line of one side through scenarios that differ in one key."""
     column, (dash, _) = f"{side}_on_part_max_um", LOOKS[side]
@@ -213,7 +216,7 @@ def _crosses(x: list[Any], y: list[Any], reasons: list[str]) -> Trace:
     return trace("scatter", x, y, text=reasons, meta=MARK, **look)
 
 
-def _label(grid: Grid, row: Row, key: str) -> Value:
+def _label(grid: Grid, row: StudyRow, key: str) -> Value:
     value = grid.value(row, key)
     return value if key in grid.numeric else plain(value)
 

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from compgen.core.unique_rows import grouped
 from compgen.core.units import UM
 from compgen.job.job import Job
-from compgen.pipelines.study import Row, Study
+from compgen.pipelines.study import Study, StudyRow
 from compgen.report.answer_figures import TITLES, answer_figure, passes_rows
 from compgen.report.band_words import rounded
 from compgen.report.figure import Figure, Limit
@@ -28,10 +28,10 @@ from compgen.report.study_tables import (
     StudyOutcome,
     answer_csv,
     band_caveat,
-    column_names,
     grid_of,
-    headline,
+    largest_and_least,
     plain,
+    study_columns,
     study_csv,
     study_json,
 )
@@ -54,7 +54,7 @@ def study_html(title: str, outcome: StudyOutcome, *, options: PageOptions = PLAI
     sentences, inputs = [answer.sentence for answer in answers], Inputs() if base is None else job_inputs(base)
     shown: dict[str, Any] = {"grid": None, "figures": []}
     if study is not None and study.scenarios:
-        sentences.insert(0, headline(study, rows))
+        sentences.insert(0, largest_and_least(study, rows))
         grid = grid_of(study.keys, rows)
         figures = list(_figures(grid, study, _limit(study, base, outcome.max_um)))
         shown = {"grid": grid, "figures": figures, **_scenarios(study, grid, rows)}
@@ -115,10 +115,10 @@ def _printed(text: str) -> str:
     return capital(text) if text.split(" ", 1)[0].isalpha() else text
 
 
-def _scenarios(study: Study, grid: Grid, rows: list[Row]) -> dict[str, Any]:
+def _scenarios(study: Study, grid: Grid, rows: list[StudyRow]) -> dict[str, Any]:
     """Every scenario in words: those with an error, the others by their reasons, and what the columns are called."""
     hidden = ("state", "reason", *(name for row in rows for name in row if name.startswith("start_")))
-    names = [n for n in column_names(study, grid.done) if n not in hidden or n == "start_window_s"]
+    names = [n for n in study_columns(study, grid.done) if n not in hidden or n == "start_window_s"]
     reasons = grouped((str(row["reason"]), str(row["index"])) for row in grid.failed)
     legend = [(name, title_of(name)) for name in names]
     return {"failed": reasons, "legend": legend, "ranked": _ranked(grid, names) if grid.done else None}
@@ -151,7 +151,7 @@ def _place(grid: Grid, name: str) -> int:
     return 9 if name == "index" else 1 + 2 * side + (not name.endswith("_on_part_max_um"))
 
 
-def _cell(grid: Grid, row: Row, name: str) -> str:
+def _cell(grid: Grid, row: StudyRow, name: str) -> str:
     """A value as the table shows it; the CSV file has all its digits."""
     if name in grid.keys:
         return plain(grid.value(row, name))
@@ -186,5 +186,5 @@ def study_files(
 def study_sentences(outcome: StudyOutcome) -> list[str]:
     """What a study comes to: a headline, a sentence for each question, and what none of the numbers says."""
     study, rows = outcome.study, outcome.rows
-    of_scenarios = [headline(study, rows)] if study is not None else []
+    of_scenarios = [largest_and_least(study, rows)] if study is not None else []
     return [*of_scenarios, *(answer.sentence for answer in outcome.answers), band_caveat(rows)]

@@ -14,7 +14,7 @@ from compgen.core.csv_table import text_cell
 from compgen.core.units import counted
 from compgen.core.version import __version__
 from compgen.job.job import Job
-from compgen.pipelines.study import Answer, Row, Study
+from compgen.pipelines.study import Answer, Study, StudyRow
 from compgen.report.band_words import NO_BAND, rounded
 from compgen.report.inputs import made_from
 from compgen.report.key_words import ascii_units, unit_of, words_of
@@ -27,7 +27,7 @@ class StudyOutcome:
     """What a study of a path file came to, and the answers to its questions."""
 
     study: Study | None  # None where only questions were asked
-    rows: list[Row]
+    rows: list[StudyRow]
     answers: list[Answer]
     base: Job | None = None  # that all scenarios share; None where none can be read without their values
     max_um: float | None = None  # the largest error allowed, where the command line says one
@@ -38,16 +38,16 @@ class Grid:
     """Rows of a study, and the values of what was varied."""
 
     keys: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[StudyRow, ...]
     numeric: frozenset[str]  # keys whose values are all numbers
 
     @property
-    def done(self) -> list[Row]:
+    def done(self) -> list[StudyRow]:
         """Scenarios with an error."""
         return [row for row in self.rows if row["state"] == "done"]
 
     @property
-    def failed(self) -> list[Row]:
+    def failed(self) -> list[StudyRow]:
         """Scenarios without one."""
         return [row for row in self.rows if row["state"] != "done"]
 
@@ -66,11 +66,11 @@ class Grid:
         values = dict.fromkeys(self.value(row, key) for row in self.rows)
         return sorted(values, key=float) if key in self.numeric else list(values)
 
-    def value(self, row: Row, key: str) -> Value:
+    def value(self, row: StudyRow, key: str) -> Value:
         """A key's value in a scenario: a number where all of its values are."""
         return float(row[key]) if key in self.numeric else str(row[key])
 
-    def worst(self) -> Row:
+    def worst(self) -> StudyRow:
         """The scenario with the largest error that is left: after correction where they were corrected."""
         return max(self.done, key=lambda row: (row.get(f"{self.sides[-1]}_on_part_max_um", -1.0), -row["index"]))
 
@@ -81,17 +81,17 @@ class Grid:
             return self, ""
         worst = self.worst()
         rows = tuple(row for row in self.rows if all(row[key] == worst[key] for key in others))
-        held = ", ".join(f"{words_of(key)} {in_words(key, self.value(worst, key))}" for key in others)
+        held = ", ".join(f"{words_of(key)} {value_words(key, self.value(worst, key))}" for key in others)
         return Grid(self.keys, rows, self.numeric), f"Held as in the scenario that errs most: {held}."
 
 
-def grid_of(keys: Sequence[str], rows: Sequence[Row]) -> Grid:
+def grid_of(keys: Sequence[str], rows: Sequence[StudyRow]) -> Grid:
     """The grid of a study's rows."""
     numeric = frozenset(key for key in keys if all(_number(row[key]) is not None for row in rows))
     return Grid(tuple(keys), tuple(rows), numeric)
 
 
-def in_words(key: str, value: Value) -> str:
+def value_words(key: str, value: Value) -> str:
     """A value with the unit of its key."""
     return f"{plain(value)} {unit_of(key)}".strip()
 
@@ -108,9 +108,9 @@ def _number(value: Any) -> float | None:
         return None
 
 
-def study_csv(study: Study, rows: list[Row]) -> bytes:
+def study_csv(study: Study, rows: list[StudyRow]) -> bytes:
     """A row for each scenario, in the order of the study."""
-    return _csv(column_names(study, rows), rows)
+    return _csv(study_columns(study, rows), rows)
 
 
 def answer_csv(answer: Answer) -> bytes:
@@ -126,7 +126,7 @@ def answer_csv(answer: Answer) -> bytes:
     return _csv(names, rows)
 
 
-def _csv(names: list[str], rows: list[Row]) -> bytes:
+def _csv(names: list[str], rows: list[StudyRow]) -> bytes:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     for cells in (names, *([row.get(name, "") for name in names] for row in rows)):
@@ -134,7 +134,7 @@ def _csv(names: list[str], rows: list[Row]) -> bytes:
     return out.getvalue().encode()
 
 
-def column_names(study: Study, rows: list[Row]) -> list[str]:
+def study_columns(study: Study, rows: list[StudyRow]) -> list[str]:
     """Columns of a study's table: index, what was varied, state, every result, reason."""
     names = ["index", *study.keys, "state"]
     for row in rows:
@@ -146,7 +146,7 @@ def study_json(
     path: str,
     overrides: Sequence[str],
     study: Study | None,
-    rows: list[Row],
+    rows: list[StudyRow],
     sentences: list[str],
     base: Job | None,
     live: dict[str, Any] | None,
@@ -168,7 +168,7 @@ def study_json(
     return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
 
 
-def band_caveat(rows: list[Row]) -> str:
+def band_caveat(rows: list[StudyRow]) -> str:
     """How far the part may be off beyond a study's numbers, or who says so."""
     bands = [row["band_um"] for row in rows if "band_um" in row]
     beyond = "what is not measured comes on top: cgen predict names it"
@@ -183,7 +183,7 @@ def band_caveat(rows: list[Row]) -> str:
     return f"uncertainty of the robot data: {amount} um (95 %){unseen}; {beyond}"
 
 
-def headline(study: Study, rows: list[Row]) -> str:
+def largest_and_least(study: Study, rows: list[StudyRow]) -> str:
     """The largest and least error of a grid, in one sentence."""
     done = [r for r in rows if r["state"] == "done"]
     failed = len(rows) - len(done)
@@ -193,8 +193,8 @@ def headline(study: Study, rows: list[Row]) -> str:
     grid = grid_of(study.keys, rows)
     low, high = (f(done, key=lambda r: (r["before_on_part_max_um"], r["index"])) for f in (min, max))
 
-    def at(row: Row) -> str:
-        return ascii_units(", ".join(f"{words_of(k)} {in_words(k, grid.value(row, k))}" for k in study.keys))
+    def at(row: StudyRow) -> str:
+        return ascii_units(", ".join(f"{words_of(k)} {value_words(k, grid.value(row, k))}" for k in study.keys))
 
     sizes = [f"{row['before_on_part_max_um']:.1f} um ({at(row)})" for row in (low, high)]
     text += f": error {sizes[0]} to {sizes[1]}"

@@ -9,7 +9,7 @@ from compgen.core.decimals import Column, consecutive, join_columns, short_colum
 from compgen.core.evaluation import BLOCK, map_blocks
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.report.job_summary import band_of
+from compgen.report.job_summary import job_band
 from compgen.verification.band import Band
 
 #: half-widths of the band, k = 2: along World, and along the way
@@ -28,7 +28,7 @@ def waypoint_columns(planned: Planned, corrected: Corrected | None) -> dict[str,
     """The table of waypoints with all digits, (N,) each; NaN where there is no correction."""
     number = np.arange(1, len(planned.path.arc) + 1)
     none = np.full((len(number), 3), np.nan)
-    tables = _tables(planned, corrected, band_of(planned, corrected), slice(None))
+    tables = _tables(planned, corrected, job_band(planned, corrected), slice(None))
     columns = (number, *(column for table, _ in tables for column in (none if table is None else table).T))
     return dict(zip(column_names(planned), columns, strict=True))
 
@@ -60,7 +60,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
     ``before`` is the prediction at the planned joints; ``after`` is what the twin did with the written text. Without a
     correction the ``after`` columns are empty and the joints are the planned ones.
     """
-    band = band_of(planned, corrected)
+    band = job_band(planned, corrected)
 
     def block(first: int, last: int) -> bytes:
         return bytes(csv_lines(first + 1, last + 1, _tables(planned, corrected, band, slice(first, last))))

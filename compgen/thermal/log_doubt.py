@@ -20,7 +20,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR, MINUTE
-from compgen.thermal.log_prior import Expected, LogPrior, Medians, prior_of
+from compgen.thermal.log_prior import Expected, LogPrior, Medians, prior_from_log
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.temperature_log import Temperatures
@@ -127,7 +127,7 @@ def _likeliest(
 
     By z a warm sensor could be named for the one that fell off.
     """
-    prior = prior_of(log, heat, warmth, expected)
+    prior = prior_from_log(log, heat, warmth, expected)
     medians, y = prior.medians, prior.beyond
     if len(log.readings) == 1 and expected is None:  # nothing contradicts how it changes: only how warm it may be is
         z = y / np.sqrt(np.diag(prior.covariance))

@@ -18,7 +18,7 @@ from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.units import MINUTE
 from compgen.thermal.duty import JointMotion
 from compgen.thermal.log_doubt import hidden_lies
-from compgen.thermal.log_prior import LogPrior, prior_of
+from compgen.thermal.log_prior import LogPrior, prior_from_log
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.state_from_log import TemperatureLog, fit_log
 from compgen.thermal.uncertainty import ThermalUncertainty
@@ -54,7 +54,7 @@ def end_of(
     state, taken = fitted.state, heat.outputs @ fitted.state
     if not heat.reference_rise.any() or not any(np.isfinite(v).any() for v in log.readings.values()):
         return LogEnd(heat.starting(state), warmth, state)
-    prior = prior_of(log, heat, warmth)
+    prior = prior_from_log(log, heat, warmth)
     likeliest, covariance = prior.rises_at_end()
     if heat.law is not None:
         state = taken = np.where(_shown(log, heat), taken, likeliest)

@@ -92,7 +92,7 @@ class LogPrior:
         return np.asarray(np.linalg.solve(self.covariance, self.spread @ self.spread_at_end.T).T)
 
 
-def prior_of(
+def prior_from_log(
     log: TemperatureLog,
     heat: ArmHeat,
     warmth: ThermalUncertainty,

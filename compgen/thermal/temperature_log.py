@@ -22,7 +22,7 @@ from typing import Literal
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.csv_table import CsvTable, Row, ended_rows, float_of, read_csv, table_of_rows
+from compgen.core.csv_table import CsvRow, CsvTable, ended_rows, float_of, read_csv, table_of_rows
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_named
 from compgen.core.recorded.cells import LONG, brief_name, name_and_unit
@@ -314,12 +314,12 @@ def read_growing_log(
     return GrowingLog(temperatures_of(table, nodes, sensors), left_out, gaps, shift)
 
 
-def _in_order(rows: Sequence[Row]) -> tuple[list[Row], int, float]:
+def _in_order(rows: Sequence[CsvRow]) -> tuple[list[CsvRow], int, float]:
     """Rows below a header by rising time, how many were left out, and by how much the clock was set back in all [s].
 
     Where far more rows than usual stand in a second the clock hung: each is a usual step behind the one before.
     """
-    kept, seen, left_out, moved = list[Row](), set[tuple[str, ...]](), 0, 0.0
+    kept, seen, left_out, moved = list[CsvRow](), set[tuple[str, ...]](), 0, 0.0
     usual, shift, last, written = 0.0, 0.0, -math.inf, math.nan
     of_second, often = _rows_of_seconds(rows)
     for n, cells in rows[1:]:
@@ -345,7 +345,7 @@ def _in_order(rows: Sequence[Row]) -> tuple[list[Row], int, float]:
     return kept, left_out, max(moved, shift)
 
 
-def _rows_of_seconds(rows: Sequence[Row]) -> tuple[Mapping[str, int], float]:
+def _rows_of_seconds(rows: Sequence[CsvRow]) -> tuple[Mapping[str, int], float]:
     """How many different rows stand one behind the other with each time at most, and in a usual one."""
     at = rows[0][1].index("time_s") if rows else 0
     times = ((cells[at], tuple(cells)) for _, cells in rows[1:] if len(cells) == len(rows[0][1]))

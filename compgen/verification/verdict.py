@@ -101,7 +101,7 @@ def checks(extents: dict[str, Extent], bounds: Bounds) -> list[tuple[str, Extent
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Judged:
+class JudgedResult:
     """A result that its findings judge."""
 
     findings: tuple[Finding, ...]

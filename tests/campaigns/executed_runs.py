@@ -21,7 +21,7 @@ import numpy as np
 
 from compgen.core.exceptions import InputError
 from compgen.identification.motion.fit import times_of
-from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_program_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
@@ -53,7 +53,7 @@ def judged(text, log, situation):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "log.csv"
         file.write_bytes(log)
-        program = read_text(str(file.with_name("PART.LS")), text)
+        program = read_program_text(str(file.with_name("PART.LS")), text)
         return judge_log(program, situation.course(text), read_position_log(file), situation)
 
 
@@ -147,7 +147,7 @@ def one_controller(seed, situation, course, text):
         file = Path(folder) / "log.csv"
         file.write_bytes(log)
         _, identified = identify_motion(
-            read_text(str(file), text), situation.course(text), read_position_log(file), situation
+            read_program_text(str(file), text), situation.course(text), read_position_log(file), situation
         )
     kind = identified.chosen.kind
     times, true = times_of(kind, identified.chosen.numbers), (*means, *lags)

@@ -81,7 +81,7 @@ def stl(rng, folder):
         corners = read_stl(folder / "part.stl")
         facets = naive.stl(data)
         same(corners / MM, [c for _, c in facets], "corners", 1e-9)
-        edge = boundaries.circle(0.12)
+        edge = boundaries.round_part(0.12)
         laid = lay(
             patterns.raster(edge, 0.03, 0.005, smooth=False),
             edge,

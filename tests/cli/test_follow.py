@@ -10,7 +10,7 @@ import states
 from command_line import refused, run
 
 from compgen.cli.output_files import figure_files
-from compgen.pipelines.resume.written_job import job_of, read_written_job
+from compgen.pipelines.resume.written_job import job_of_pages, read_written_job
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
 NODES = {"part_3": 9.7271, "part_4": 3.4739, "part_6": 11.5768, "part_11": 2.6751}  # rises when it is planned to start
@@ -130,7 +130,7 @@ def test_a_page_that_the_controller_has_is_never_written(job, tmp_path):
 
 def test_touches_that_find_a_moved_base_make_the_next_page_due(job, tmp_path):
     """150 um at 10 s: page 1 runs and leaves it, the next that can be written is right for it."""
-    whole = job_of(read_written_job(job))
+    whole = job_of_pages(read_written_job(job))
     state = states.written(states.state_of(whole, time=10.0, base=np.array([150e-6, 0, 0, 0, 0, 0])), tmp_path)
     arguments = (job, "--log", log(tmp_path, 30), "--started", "0s", "--lead", "0s", "--state", state)
     result, record = look(*arguments)

@@ -11,7 +11,7 @@ from shipped import ROOT
 
 from compgen.identification.motion.identify import identify as motion_of_log
 from compgen.identification.motion.timed_windows import timed_windows
-from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_program_text
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
@@ -97,7 +97,7 @@ def test_one_constant_curvature_tells_only_the_sum_of_squares(folder, robot):
     refused(identify(folder, "-o", "new.toml"), 2, "log.csv", "a part of the program's path only")
     around = Situation(robot, default_frames(), {}, lambda name: None)
     run = judge_log(
-        read_text(str(folder / "PART.LS"), circle),
+        read_program_text(str(folder / "PART.LS"), circle),
         around.course(circle),
         read_position_log(folder / "log.csv"),
         around,

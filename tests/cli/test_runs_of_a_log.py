@@ -12,7 +12,7 @@ from shipped import ROOT, path_file, quiet
 
 from compgen.identification.motion.beginnings import explains
 from compgen.identification.motion.windows import windows_of
-from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_program_text
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.program.frames import default_frames
@@ -94,7 +94,7 @@ def test_bends_are_explained_by_the_pair_of_their_own_runs_and_straight_ways_tel
     (tmp_path / "log.csv").write_text(logged_runs.csv(*logged_runs.drive(BOTH.decode(), SHORT, LONG)))
     around = Situation(robot, default_frames(), {}, lambda name: None)
     log = read_position_log(str(tmp_path / "log.csv"))
-    driven = judge_log(read_text("RUN.LS", BOTH), around.course(BOTH), log, around)
+    driven = judge_log(read_program_text("RUN.LS", BOTH), around.course(BOTH), log, around)
     curves = [w for w in windows_of(driven, robot) if np.ptp(w.position[:, 0]) > 0.1]
     straight = [w for w in windows_of(driven, robot) if np.ptp(w.position[:, 0]) < 0.1]
     begun = {"short": [w for w in curves if w.first < 0.3], "long": [w for w in curves if w.first > 0.9]}

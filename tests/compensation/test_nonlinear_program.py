@@ -129,7 +129,7 @@ def test_a_window_that_does_not_converge_is_named_with_the_way_out(problem, monk
     assert solution.status is Status.STOPPED
     assert not solution.status.is_legal
     assert solution.unsolved == (1, 100)
-    sentence = job_findings.failed(solution)
+    sentence = job_findings.why_uncorrected(solution)
     assert sentence == f"waypoints 1 to 100: {Status.STOPPED.value}"
     assert 'compensation.solver = "structured"' in sentence
 
@@ -145,7 +145,7 @@ def test_limits_that_leave_no_way_fail_with_both_solvers(problem):
         solution = solve(stuck, settings)
         assert isinstance(solution, Solution)
         assert not solution.status.is_legal
-        assert job_findings.failed(solution).startswith("waypoint")
+        assert job_findings.why_uncorrected(solution).startswith("waypoint")
 
 
 def test_a_program_by_ipopt_is_the_structured_solvers_program():

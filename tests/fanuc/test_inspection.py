@@ -18,7 +18,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
 from compgen.fanuc.analysis import inspection
 from compgen.fanuc.analysis.correctable import read_scope
-from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.poses import program_poses
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
@@ -217,7 +217,7 @@ def test_frames_of_a_table_move_positions_into_world(tmp_path):
     )
     frames = load_frames(str(tmp_path / "f.toml"))
     robot = load_robot("m710ic50")
-    places = read_poses(program(["J P[1] 10% FINE    ;"], {"uf": 2, "ut": 3, "x": 50.0, "y": -300.0}), robot, frames)
+    places = program_poses(program(["J P[1] 10% FINE    ;"], {"uf": 2, "ut": 3, "x": 50.0, "y": -300.0}), robot, frames)
     assert_allclose(places.tcp.position[0], [1.3, 0.05, 0.203], atol=1e-12)
     from compgen.robot.kinematics import flange_pose
 
@@ -231,7 +231,7 @@ def test_joint_form_positions_are_taken_as_they_are():
     joints = ",".join(f"\n\tJ{i}= {v:9.3f} deg" for i, v in enumerate((10, 20, -15, 30, -60, 45), 1))
     found = fanuc.loads((text[:start] + joints + text[end:]).encode())
     robot = load_robot("m710ic50")
-    places = read_poses(found, robot, default_frames())
+    places = program_poses(found, robot, default_frames())
     assert_allclose(robot.to_pendant(places.theta)[0] / DEG, [10, 20, -15, 30, -60, 45], atol=1e-12)
 
 
@@ -405,7 +405,7 @@ def test_positions_of_a_remote_tool_are_read_and_held(axes):
     read = fanuc.loads(with_remote(axes))
     assert fanuc.dumps(read) == with_remote(axes)
     assert read.positions.remote.tolist() == [False, False, True]
-    assert not np.isfinite(read_poses(read, load_robot("m710ic50"), default_frames()).theta[2]).any()
+    assert not np.isfinite(program_poses(read, load_robot("m710ic50"), default_frames()).theta[2]).any()
     unsafe = inspection.inspect(read, load_robot("m710ic50"), default_frames())["unsafe"]
     assert [(u["text"][:4], u["reason"][:10]) for u in unsafe if "P[3]{" not in u["text"]][-1] == ("P[3]", "remote TCP")
     assert not any("utool 4" in u["reason"] for u in unsafe)

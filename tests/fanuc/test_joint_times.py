@@ -13,7 +13,7 @@ from naive_ls import read
 from numpy.testing import assert_allclose
 
 from compgen import fanuc
-from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.poses import program_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
@@ -91,7 +91,7 @@ def test_joint_motions_take_what_a_naive_reader_of_their_words_lets_them_take(se
     arm = replace(load_robot("m710ic50"), motion=motion)
     data = random_program(seed)
     listing = fanuc.loads(data)
-    drive = read_traversal(listing, read_poses(listing, arm, default_frames()), arm)
+    drive = read_traversal(listing, program_poses(listing, arm, default_frames()), arm)
     naive = np.array(naive_clock(data)) / 1000
     assert_allclose(drive.duration[1:], naive, atol=1e-9)
     assert drive.joint.all()
@@ -110,6 +110,6 @@ def test_two_joint_motions_of_the_makers_motion_code_are_told_a_little_short(sis
     arm = replace(load_robot(sister), speed=np.radians(limits))
     positions = [joint_form(1, (0, 0, 0, 0, -90, 0)), joint_form(2, joints)]
     listing = fanuc.loads(program(["J P[1] 100% FINE", "J P[2] 100% FINE"], positions))
-    drive = read_traversal(listing, read_poses(listing, arm, default_frames()), arm)
+    drive = read_traversal(listing, program_poses(listing, arm, default_frames()), arm)
     assert_allclose(drive.duration[1], seconds)
     assert 0.8 < drive.duration[1] / flown < 0.9

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.pose import Pose
 from compgen.fanuc import loads
-from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.poses import program_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.editing.insertion import target_number_span
 from compgen.fanuc.editing.numbers import NewPoses, nearest_wpr, number_edits, round_joints
@@ -44,7 +44,7 @@ def test_where_p_is_square_r_stays_and_w_takes_the_change(p):
 def test_a_zero_before_the_point_stands_where_the_program_has_it(other, printed):
     arm, places = load_robot("m710ic50"), [("1300.000", y, "203.000", 180.0, 0.0, 30.0) for y in ("5.000", other)]
     read = loads(program(["L P[1] 100mm/sec FINE"], [cartesian(n, p) for n, p in enumerate(places, 1)]))
-    poses = read_poses(read, arm, default_frames())
+    poses = program_poses(read, arm, default_frames())
     moved = Pose(poses.tcp.position[:1] - [0.0, 4.75e-3, 0.0], poses.tcp.rotation[:1])
     new = NewPoses(
         rows=np.zeros(1, int), tcp=moved, theta=poses.theta[:1], nudge=np.zeros((1, 3), int), marked=np.zeros(1, bool)
@@ -57,7 +57,7 @@ def test_the_number_of_each_station_stands_where_its_target_does():
     moves = ["J P[1] 10% FINE", "L P[20] 100mm/sec FINE", "C P[3]\n    :  P[4] 100mm/sec FINE"]
     places = {1: (1300, 0), 20: (1400, 0), 3: (1450, 50), 4: (1500, 0)}
     read = loads(program(moves, [cartesian(n, (x, y, 203, 180, 0, 30)) for n, (x, y) in places.items()]))
-    drive = read_traversal(read, read_poses(read, None, default_frames()), None)
+    drive = read_traversal(read, program_poses(read, None, default_frames()), None)
     spans = [target_number_span(read, drive, station) for station in range(4)]
     assert [read.data[a:b] for a, b in spans] == [b"1", b"20", b"3", b"4"]
 

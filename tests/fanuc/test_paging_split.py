@@ -14,7 +14,7 @@ from compgen.core.exceptions import CompgenError, ImpossibleError, InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.analysis.modal_state import read_modal_state
 from compgen.fanuc.paging.capacity import program_size
-from compgen.fanuc.paging.join_check import called_programs, check_join, motion_sequence
+from compgen.fanuc.paging.join_check import called_pages, check_join, motion_sequence
 from compgen.fanuc.paging.plan import page_names
 from compgen.fanuc.paging.split import line_count, split_program
 from compgen.program.pages import JoinError
@@ -494,7 +494,7 @@ def test_beyond_the_memory_pages_come_in_loads():
     texts = [s for s in bodies(type("Main", (), {"data": paged.main})) if not s.startswith("CALL")]
     waits = [[f"MESSAGE[LOAD {n} OF {paged.load_count}]", "PAUSE"] for n in range(2, paged.load_count + 1)]
     assert texts == [s for pair in waits for s in pair]
-    assert called_programs(paged.main) == tuple(p.name for p in paged.pages)
+    assert called_pages(paged.main) == tuple(p.name for p in paged.pages)
     assert check_join(program, paged.main, pages_of(paged)) == 60
 
 
@@ -624,9 +624,9 @@ def test_pages_in_another_order_or_missing_are_found():
     with pytest.raises(JoinError, match="of 6 are driven"):
         check_join(program, paged.main.replace(b"CALL " + paged.pages[-1].name.encode(), b"PAUSE"), files)
     with pytest.raises(JoinError, match="not a call"):
-        called_programs(paged.main.replace(b"CALL " + a, b"JMP LBL[1]"))
+        called_pages(paged.main.replace(b"CALL " + a, b"JMP LBL[1]"))
     with pytest.raises(JoinError, match="twice"):
-        called_programs(paged.main.replace(b"CALL " + a, b"CALL " + b))
+        called_pages(paged.main.replace(b"CALL " + a, b"CALL " + b))
 
 
 # Programs of other people ----------------------------------------------------------------------------------------

@@ -13,7 +13,14 @@ from compgen.fanuc import loads
 from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS
 from compgen.fanuc.analysis.flow_graph import Node
 from compgen.fanuc.analysis.placements import read_placements
-from compgen.fanuc.analysis.register_arithmetic import UNKNOWN, Key, Values, element, evaluate_number, evaluate_register
+from compgen.fanuc.analysis.register_arithmetic import (
+    UNKNOWN,
+    Key,
+    KnownValues,
+    element,
+    evaluate_number,
+    evaluate_register,
+)
 from compgen.fanuc.analysis.register_flow import RegisterFlow
 from compgen.program.frames import default_frames
 from compgen.program.registers import CARTESIAN, JOINT, Register
@@ -29,7 +36,7 @@ KNOWN: dict[Key, Register | float | None] = {
     ("R", 2): 0.0,
     ("R", 3): None,
 }
-VALUES = Values(KNOWN, lambda number: Register(CARTESIAN, TWO), lambda kind, number: Register(CARTESIAN, ONE))
+VALUES = KnownValues(KNOWN, lambda number: Register(CARTESIAN, TWO), lambda kind, number: Register(CARTESIAN, ONE))
 SUM, LESS = np.add(ONE, TWO).tolist(), np.subtract(ONE, TWO).tolist()
 
 

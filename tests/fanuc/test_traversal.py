@@ -8,7 +8,7 @@ from ls_text import cartesian, program
 from numpy.testing import assert_allclose
 
 from compgen import fanuc
-from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.poses import program_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.driven import NONE
@@ -32,7 +32,7 @@ def arm():
 def traversal(arm, *moves):
     text = program(["J P[1] 10% CNT100", *moves], [cartesian(n, p) for n, p in enumerate(PLACES, 1)])
     read = fanuc.loads(text)
-    poses = read_poses(read, arm, default_frames())
+    poses = program_poses(read, arm, default_frames())
     return poses, read_traversal(read, poses, arm)
 
 
@@ -70,7 +70,7 @@ def test_a_speed_that_run_time_decides_counts_as_100_mm_s_and_a_quarter_of_the_j
 
 def test_a_program_without_motions_has_no_stations_and_waits(arm):
     read = fanuc.loads(program(["WAIT   2.50(sec)"], [cartesian(1, PLACES[0])]))
-    drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)
+    drive = read_traversal(read, program_poses(read, arm, default_frames()), arm)
     assert len(drive.pose) == len(drive.via) == len(drive.stop) == 0
     assert drive.rest == 2.5
 
@@ -115,7 +115,7 @@ def test_the_tool_goes_round_on_a_joint_motion_and_what_is_driven_is_that_way_ov
     swung = (1300 * np.cos(2 * np.pi / 3), 1300 * np.sin(2 * np.pi / 3), 203.0, 180.0, 0.0, 120.0)
     text = program(["J P[1] 10% CNT100", "J P[2] 10% CNT100"], [cartesian(1, PLACES[0]), cartesian(2, swung)])
     read = fanuc.loads(text)
-    drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)
+    drive = read_traversal(read, program_poses(read, arm, default_frames()), arm)
     assert_allclose(drive.length[1], 1.3 * 2 * np.pi / 3, rtol=3e-3)
     assert_allclose(drive.joint_motion().driven[-1], drive.length[1] / drive.duration[1])
 
@@ -150,7 +150,7 @@ def test_without_a_robot_lines_take_their_lengths_over_their_speeds_alone():
     read = fanuc.loads(
         program(["L P[1] 100mm/sec FINE", "L P[2] 100mm/sec FINE"], [cartesian(n, p) for n, p in enumerate(PLACES, 1)])
     )
-    drive = read_traversal(read, read_poses(read, None, default_frames()), None)
+    drive = read_traversal(read, program_poses(read, None, default_frames()), None)
     assert_allclose(drive.duration[1], 1.0)
 
 
@@ -159,7 +159,7 @@ def test_a_program_that_ends_on_an_arc_takes_the_arcs_time():
     corners = [(1300.0, 0.0, 203.0), (1350.0, 50.0, 203.0), (1400.0, 0.0, 203.0)]
     points = [cartesian(n, (*p, *DOWN)) for n, p in enumerate(corners, 1)]
     read = fanuc.loads(program(["L P[1] 100mm/sec FINE", "C P[2]\n    :  P[3] 100mm/sec FINE"], points))
-    drive = read_traversal(read, read_poses(read, None, default_frames()), None)
+    drive = read_traversal(read, program_poses(read, None, default_frames()), None)
     assert_allclose(drive.length[1:], 0.05 * np.pi / 2)
     assert_allclose(drive.duration[1:].sum(), 0.5 * np.pi, atol=0.02)
 
@@ -179,7 +179,7 @@ def test_how_long_a_way_takes_on_which_another_group_moves_is_not_told(arm, tabl
     more = ["" if turn is None else f"\n   GP2:\n\tUF : 0, UT : 0,\n\tJ1= {turn:.3f} deg" for turn in table]
     points = [cartesian(n, p, more=e) for n, (p, e) in enumerate(zip(PLACES, more, strict=True), 1)]
     read = fanuc.loads(program(["J P[1] 10% FINE", "L P[2] 100mm/sec FINE", "L P[3] 100mm/sec FINE"], points))
-    drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)
+    drive = read_traversal(read, program_poses(read, arm, default_frames()), arm)
     assert drive.untimed == lines
 
 
@@ -197,5 +197,5 @@ def test_a_way_on_which_an_extended_axis_moves_carries_the_arm(arm, axis, carrie
     more = ["" if e is None else f",\n\tE1= {e:.3f}  mm" for e in axis]
     points = [cartesian(n, p, more=e) for n, (p, e) in enumerate(zip(PLACES, more, strict=True), 1)]
     read = fanuc.loads(program(["J P[1] 10% FINE", "L P[2] 100mm/sec FINE", "L P[3] 100mm/sec FINE"], points))
-    drive = read_traversal(read, read_poses(read, arm, default_frames()), arm)
+    drive = read_traversal(read, program_poses(read, arm, default_frames()), arm)
     assert drive.carried.tolist() == carried

@@ -12,7 +12,7 @@ from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warmin
 
 from compgen.core.rotations import rotation_matrix
 from compgen.identification.cross_validation import cross_validate
-from compgen.identification.evidence import Prior, Scales, normal_equations, posterior
+from compgen.identification.evidence import FitPrior, Scales, normal_equations, posterior
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
 from compgen.identification.instrument_frames import InstrumentFrames
@@ -20,7 +20,7 @@ from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import concatenate
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
-from compgen.identification.thermal_terms import Known
+from compgen.identification.thermal_terms import Information
 
 SOURCES = ("link_offsets", "joint_zeros", "gear_harmonics", "joint_coupling")
 FREE = 60  # parameters of them
@@ -177,7 +177,8 @@ def test_the_linear_problem_meets_the_closed_form():
     lam, s2 = np.array([0.5, 2.0]), 0.3
     group = np.array([0, 0, 1, 1])
     solution = posterior(
-        [normal_equations(A, z, *np.ones((2, 40)))], Prior(group, np.array([1e-3, 1e-3]), np.zeros(2), np.full(2, 1e6)),
+        [normal_equations(A, z, *np.ones((2, 40)))],
+        FitPrior(group, np.array([1e-3, 1e-3]), np.zeros(2), np.full(2, 1e6)),
         Scales(lam, np.array([s2, s2])), learn_groups=False, learn_noise=False,
     )  # fmt: skip
     D = np.diag([*(1 / lam[group]), 1e-3, 1e-3])
@@ -195,12 +196,12 @@ def test_unknowns_held_at_zero_leave_what_the_rows_say_without_their_columns():
     group, lam = np.array([0, 1, 0, 1, 1, 0]), np.array([0.5, 2.0])
 
     def solved(columns):
-        prior = Prior(group[columns[:-2]], np.array([1e-3, 1e-2]), np.array([0.1, -0.2]), np.full(2, 1e6))
+        prior = FitPrior(group[columns[:-2]], np.array([1e-3, 1e-2]), np.array([0.1, -0.2]), np.full(2, 1e6))
         rows, scales = normal_equations(A[:, columns], z, *np.ones((2, 40))), Scales(lam, np.array([0.3]))
         return posterior([rows], prior, scales, learn_groups=False, learn_noise=False)
 
     whole, direct = solved(np.arange(8)), solved(rest)
-    known = Known(whole.x, whole.covariance)
+    known = Information(whole.x, whole.covariance)
     without = known.without(k)
     assert_allclose(without.x[rest], direct.x, rtol=1e-10)
     assert_allclose(without.C[np.ix_(rest, rest)], direct.covariance, rtol=1e-9, atol=1e-14)
@@ -214,7 +215,7 @@ def test_a_group_that_does_nothing_shrinks_and_one_that_works_does_not():
     z = A[:, :10] @ rng.normal(0, 3, 10) + rng.normal(0, 0.1, 300)
     solution = posterior(
         [normal_equations(A, z, *np.ones((2, 300)))],
-        Prior(np.repeat([0, 1], 10), np.zeros(0), np.zeros(0), np.full(2, 1e6)),
+        FitPrior(np.repeat([0, 1], 10), np.zeros(0), np.zeros(0), np.full(2, 1e6)),
         Scales(np.ones(2), np.array([1.0, 1.0])),
     )  # fmt: skip
     assert solution.scales.group[0] > 3

@@ -15,7 +15,7 @@ from synthetic import made_up, warming
 
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Level
-from compgen.error_model.posterior import numbers_of
+from compgen.error_model.posterior import known_numbers
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.fit import fit
@@ -158,7 +158,7 @@ def test_what_is_known_of_a_nodes_numbers_is_how_they_move_with_what_was_fitted(
     identified: Any = SimpleNamespace(
         selected=SimpleNamespace(fit=fit_), model=model, known=(), robot=arm.robot, lost_motion=None
     )
-    posterior = posterior_of(identified, numbers_of((), *law), frozenset({NODE}))
+    posterior = posterior_of(identified, known_numbers((), *law), frozenset({NODE}))
     assert [known.name for known in posterior.parameters] == ["thermal.node.rise_K[3]", "thermal.node.tau_h[3]"]
     sigma = np.sqrt(np.diag(posterior.covariance))
     expected = model.prior[[of_node["height"], of_node["lag"]]] * [per_height, per_lag]

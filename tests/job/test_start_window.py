@@ -77,7 +77,7 @@ def test_side_by_side_is_as_one_by_one(overrides):
     state = states_at(
         planned.job.heat, planned.job.state(), driven, first, planned.job.history.air, planned.job.history.clock
     )
-    turned = start_window.windows(planned.job, planned.model, course, first[::-1], state[::-1])
+    turned = start_window.longest_waits(planned.job, planned.model, course, first[::-1], state[::-1])
     assert_allclose(turned[::-1], found, rtol=1e-8)
     if "400" in "".join(overrides):
         assert set(found) == {start_window.LONGEST}

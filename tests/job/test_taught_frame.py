@@ -16,7 +16,7 @@ from compgen.job.uncertainty import changed_job, quantities_of
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned.generate import predict
-from compgen.pipelines.uncertainty.band_columns import band_along, columns_along, uncertainty_of
+from compgen.pipelines.uncertainty.band_columns import band_along, columns_along, job_uncertainty
 from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.verification.band import radius_of, random_field
 
@@ -79,16 +79,16 @@ def test_what_is_left_of_each_quantity_is_what_a_frame_fitted_to_the_touches_lea
     untaught, taught, theta, _ = jobs
     plain, program = driven(untaught), driven(taught)
     rows = np.arange(0, len(program.time), 40)
-    columns = columns_along(program, uncertainty_of(program), rows)
+    columns = columns_along(program, job_uncertainty(program), rows)
     uncertainty = quantities_of(taught)
     names = [q.name for q in uncertainty.quantities]
-    assert [q.name for q in uncertainty_of(program).quantities] == names
+    assert [q.name for q in job_uncertainty(program).quantities] == names
     at_touches, on_path = np.tile(RISE, (len(theta), 1)), program.rise[rows]
 
     def flown(job, joints, rise):
         return twin_of(job).actual_pose(joints, rise, lambda share: None)
 
-    raw = uncertainty_of(plain)
+    raw = job_uncertainty(plain)
     of_raw = columns_along(plain, raw, rows)
     before, place = flown(untaught, theta, at_touches), flown(untaught, program.theta[rows], on_path)
     middle, design = before.position.mean(axis=0), []
@@ -132,7 +132,7 @@ def test_the_frame_and_the_probe_count_once_and_together(jobs):
     _, taught, theta, words = jobs
     program = driven(taught)
     rows = np.arange(0, len(program.time), 40)
-    uncertainty = uncertainty_of(program)
+    uncertainty = job_uncertainty(program)
     columns = columns_along(program, uncertainty, rows)
     own = columns.column[:, :, [name == "part's frame" for name in columns.source]]
     at, place = (
@@ -164,7 +164,7 @@ def test_a_frame_takes_up_of_identified_numbers_what_it_takes_up_of_the_same_num
 
     def left(job, is_one):
         program = driven(job)
-        uncertainty = uncertainty_of(program)
+        uncertainty = job_uncertainty(program)
         column = columns_along(program, uncertainty, np.arange(0, len(program.time), 40)).column
         own = column[:, :, [is_one(q) for q in uncertainty.quantities]]
         return own.shape[2], np.einsum("miq,mjq->mij", own, own)
@@ -182,7 +182,7 @@ def test_untaught_the_band_of_an_identified_robot_is_parted_in_two(jobs):
     program = driven(untaught)
     band, rows = band_along(program), np.flatnonzero(program.path.contact)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, 256).astype(int))]
-    columns, place = columns_along(program, uncertainty_of(program), rows), program.path.target.position[rows]
+    columns, place = columns_along(program, job_uncertainty(program), rows), program.path.target.position[rows]
     middle = place.mean(axis=0)
     lever = np.stack(
         [np.column_stack([np.eye(3), *(np.cross(e, p - middle)[:, None] for e in np.eye(3))]) for p in place]
@@ -206,7 +206,7 @@ def test_what_the_thermal_physics_misses_is_less_by_what_the_frame_took_up(jobs)
     untaught, taught, theta, _ = jobs
     program = driven(taught)
     rows = np.arange(0, len(program.time), 40)
-    own = columns_along(program, uncertainty_of(program), rows).undirected["thermal physics missing"]
+    own = columns_along(program, job_uncertainty(program), rows).undirected["thermal physics missing"]
 
     def warm(joints, rise):
         hot, cold = (twin_of(untaught).actual_pose(joints, r, lambda share: None) for r in (rise, 0 * rise))
@@ -231,7 +231,7 @@ def test_of_the_fit_noise_a_frame_takes_up_what_is_alike_at_touches_and_path(job
     taught = changed(taught, "cell.fit", replace(taught.cell.fit, noise=10 * UM))
     program = driven(taught)
     rows = np.flatnonzero(program.path.contact)[::40]
-    own = columns_along(program, uncertainty_of(program), rows).undirected["fit noise"]
+    own = columns_along(program, job_uncertainty(program), rows).undirected["fit noise"]
     at, place = (
         twin_of(untaught).actual_pose(q, r, lambda share: None)
         for q, r in ((theta, np.tile(RISE, (len(theta), 1))), (program.theta[rows], program.rise[rows]))

@@ -24,11 +24,11 @@ from compgen.job.anchored_start import base_rows
 from compgen.pipelines.anchor.anchor import anchor, anchor_files
 from compgen.pipelines.anchor.estimate import compare, estimate, path_places, widened
 from compgen.pipelines.anchor.forecast import forecast_now
-from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, Judged, left_out, weigh
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, Weighed, left_out, weigh
 from compgen.pipelines.anchor.result import anchor_findings
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import unknowns_of, with_open_world
-from compgen.pipelines.anchor.verdict import verdict_of
+from compgen.pipelines.anchor.verdict import anchor_verdict
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.inverse_kinematics import Posture, solve_tool
@@ -423,8 +423,8 @@ def test_what_touches_off_by_more_than_is_open_leave_open_grows_with_them(days):
 @pytest.mark.parametrize(("change", "verdict"), [(20 * UM, "leave it"), (60 * UM, "anchored")])
 def test_a_forecast_is_left_only_where_the_touches_agree_with_it(change, verdict):
     """Open by 50 um before and 49 after: touches that move the path by more than that are not left unsaid."""
-    best, error = Judged(AS_FORECAST, 0.0, 24.0), np.full(8, 10 * UM)
-    said, reason = verdict_of(best, 24, (50 * UM, 49 * UM, change), error, (), None, NOISE)
+    best, error = Weighed(AS_FORECAST, 0.0, 24.0), np.full(8, 10 * UM)
+    said, reason = anchor_verdict(best, 24, (50 * UM, 49 * UM, change), error, (), None, NOISE)
     assert said == verdict
     assert ("with the touches to 49" in reason) is (verdict == "anchored")  # elsewhere a line of the screen's own
 

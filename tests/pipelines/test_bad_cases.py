@@ -126,7 +126,7 @@ def test_a_correction_that_does_not_settle_says_where_and_what_to_try(spiral):
         last_step=1e-9,
         active_limits=(),
     )
-    told = job_findings.failed(stuck)
+    told = job_findings.why_uncorrected(stuck)
     assert told.startswith("waypoint 2: ")
     assert "raise process.chord_um" in told
 

@@ -21,11 +21,11 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned.generate import predict
 from compgen.pipelines.uncertainty import band_columns as band_module
 from compgen.pipelines.uncertainty.band_columns import (
-    DrivenProgram,
+    WaypointProgram,
     assumed_findings,
     band_along,
     columns_along,
-    uncertainty_of,
+    job_uncertainty,
 )
 from compgen.pipelines.uncertainty.not_known import UNSEEN, not_known, setting_of
 from compgen.thermal import rises_during
@@ -54,7 +54,7 @@ FLAWED = [
 def program_of(*overrides, path="spiral_1300"):
     job = load_job(path_file(path), None, [*COARSE, *overrides])
     planned = predict(job, quiet)
-    return DrivenProgram(
+    return WaypointProgram(
         job=job,
         model=planned.model,
         path=planned.path,
@@ -84,7 +84,7 @@ def plain():
 def test_each_column_is_what_one_sigma_of_its_quantity_does_to_the_whole_chain(overrides):
     program = program_of(*overrides)
     job, rows = program.job, np.arange(len(program.time))
-    uncertainty = uncertainty_of(program, WINDOW)
+    uncertainty = job_uncertainty(program, WINDOW)
     columns = columns_along(program, uncertainty, rows)
     here = position_of(job, program)
     assert len({q.name for q in uncertainty.quantities}) == len(uncertainty.quantities)
@@ -195,7 +195,7 @@ def test_a_posterior_is_counted_with_its_correlations(plain):
     parameters = tuple(KnownParameter("joint_zeros", "offset", (i,), "offset_mdeg", MDEG) for i in (1, 2))
     posterior = ParameterPosterior(parameters, np.zeros(2), C)
     with_posterior = replace(plain, job=replace(job, cell=replace(job.cell, posterior=posterior)))
-    uncertainty = uncertainty_of(with_posterior)
+    uncertainty = job_uncertainty(with_posterior)
     columns = columns_along(with_posterior, uncertainty, np.arange(5))
     identified = [k for k, q in enumerate(uncertainty.quantities) if q.source == "identified parameters"]
     moment = columns.column[:, :, identified] @ np.swapaxes(columns.column[:, :, identified], 1, 2)
@@ -223,7 +223,7 @@ def test_play_that_the_rest_does_not_tell_stands_as_lost_motion(plain):
     zeros = "robot.sources.joint_zeros.sigma.offset_mdeg=[2, 0, 0, 0, 0, 0]"
     given = program_of(f"robot.sources.hysteresis={table}", zeros)
     program = replace(given, job=replace(given.job, cell=replace(given.job.cell, posterior=posterior)))
-    found = uncertainty_of(program)
+    found = job_uncertainty(program)
     own = [q for q in found.quantities if q.name.startswith("identified")]
     place = {
         (found.parameters.sources[e.source].NAME, e.field): n
@@ -247,7 +247,7 @@ def test_an_identified_rise_and_lag_move_the_whole_chain(field):
     posterior = ParameterPosterior((parameter,), np.array([value]), np.array([[(0.02 * value) ** 2]]))
     job = replace(plain.job, cell=replace(plain.job.cell, posterior=posterior))
     program = replace(plain, job=job)
-    uncertainty = uncertainty_of(program)
+    uncertainty = job_uncertainty(program)
     k = next(k for k, q in enumerate(uncertainty.quantities) if q.source == "identified parameters")
     columns = columns_along(program, uncertainty, np.arange(len(plain.time)))
     cause = combined([uncertainty.quantities[k]], [1.0])
@@ -318,7 +318,7 @@ def test_a_part_that_stands_elsewhere_is_missed_the_other_way():
     program = program_of(*FLAWED)
     place, contact = program.path.target.position, program.path.contact
     middle = (place[contact].min(axis=0) + place[contact].max(axis=0)) / 2
-    uncertainty = uncertainty_of(program)
+    uncertainty = job_uncertainty(program)
     columns = columns_along(program, uncertainty, np.arange(len(place)))
     by_name = {q.name: columns.column[:, :, k] for k, q in enumerate(uncertainty.quantities)}
     actual = program.model.actual_pose(program.theta, program.rise, program.motion).position
@@ -339,7 +339,7 @@ def test_values_without_a_sigma_count_by_priors_as_far_as_a_pose_shows_them_and_
 def test_the_radius_covers_what_draws_of_the_amounts_make_of_it():
     """Rectangles and normals together, not one normal: 95 of 100 draws stay within, along the whole path as well."""
     program = program_of("robot.thermal.uncertainty.missing_percent=0")
-    uncertainty, band = uncertainty_of(program, WINDOW), band_along(program, WINDOW)
+    uncertainty, band = job_uncertainty(program, WINDOW), band_along(program, WINDOW)
     rows = np.arange(0, len(program.time), 20)
     columns = columns_along(program, uncertainty, rows)
     z = np.random.default_rng(3).normal(size=(4000, len(uncertainty.quantities)))

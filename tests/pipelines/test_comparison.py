@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.pipelines.comparison.texts import CHORD, Commanded, distance_to_path, drawn
+from compgen.pipelines.comparison.texts import CHORD, TextPositions, distance_to_path, drawn
 
 
 def brute_force(points, path):
@@ -44,7 +44,7 @@ def test_distance_to_one_point_is_to_it():
 def program(position, via):
     count = len(position)
     rotation, joints = np.tile(np.eye(3), (count, 1, 1)), np.full((count, 6), np.nan)
-    return Commanded(np.arange(1, count + 1), position, rotation, np.array(via, dtype=bool), joints)
+    return TextPositions(np.arange(1, count + 1), position, rotation, np.array(via, dtype=bool), joints)
 
 
 def test_an_arc_is_drawn_on_its_circle():

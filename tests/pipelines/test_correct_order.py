@@ -14,7 +14,7 @@ from compgen.core.arrays import norm
 from compgen.core.finding_codes import Level
 from compgen.core.pose import Pose
 from compgen.fanuc import loads
-from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.poses import program_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.program.ways import REACH_SUBDIVISIONS, interpolate_poses, measure_reach
@@ -215,7 +215,7 @@ def test_the_quick_way_to_know_that_a_line_stays_in_reach_misses_none(hot):
         points = [cartesian(n, place, ut=1, letters=letters) for n, place in enumerate(places, 1)]
         loaded = loads(program([f"L P[{n}] 50mm/sec FINE" for n in range(1, 401)], points))
         frames = MANY.__class__(MANY.uframe, {**MANY.utool, 1: Pose(np.array([0.1, 0.05, 0.3]), np.eye(3))})
-        poses = read_poses(loaded, robot, frames)
+        poses = program_poses(loaded, robot, frames)
         drive = measure_reach(robot, read_traversal(loaded, poses, robot))
         known = np.asarray(np.isfinite(poses.theta).all(axis=1))
         ways = np.flatnonzero(known[1:] & known[:-1]) + 1

@@ -20,7 +20,7 @@ from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty import draws as flown
-from compgen.pipelines.uncertainty.band_columns import DrivenProgram, columns_along, rows_of_band, uncertainty_of
+from compgen.pipelines.uncertainty.band_columns import WaypointProgram, columns_along, job_uncertainty, rows_of_band
 from compgen.verification.band import directed_moment
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
@@ -54,15 +54,15 @@ def promise(draws: int = 59, seed: int = 0) -> Guarantee:
 def fly(result: tuple[Planned, Corrected], guarantee: Guarantee) -> flown.FlownDraws:
     planned, made = result
     prepared = prepare(twin_of(planned.job), made.program, made.before, made.air)
-    draws = flown.fly_draws(driven(result), prepared, made.deviation, made.start_window, guarantee=guarantee)
+    draws = flown.fly_program_draws(driven(result), prepared, made.deviation, made.start_window, guarantee=guarantee)
     assert draws is not None
     return draws
 
 
-def driven(result: tuple[Planned, Corrected]) -> DrivenProgram:
+def driven(result: tuple[Planned, Corrected]) -> WaypointProgram:
     planned, made = result
     time = made.trajectory.time
-    return DrivenProgram(
+    return WaypointProgram(
         job=planned.job,
         model=planned.model,
         path=planned.path,
@@ -100,7 +100,7 @@ def test_the_same_seed_draws_the_same_and_more_draws_go_on(line: tuple[Planned, 
 def test_draws_spread_as_the_linear_band_says(line: tuple[Planned, Corrected]) -> None:
     draws, program = fly(line, promise(400)), driven(line)
     rows = rows_of_band(program)
-    columns = columns_along(program, uncertainty_of(program, line[1].start_window), rows)
+    columns = columns_along(program, job_uncertainty(program, line[1].start_window), rows)
     on_part = program.path.contact[rows]
     variance = directed_moment(columns)[on_part][:, [0, 3, 5]].sum(axis=1).mean()
     assert 0.9 < np.sqrt(np.mean(draws.moved**2) / variance) < 1.1

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from compgen import fanuc
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
-from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_program_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.program.frames import default_frames
@@ -27,7 +27,7 @@ def situation(robot, programs=None):
 
 def judged(tmp_path, robot, content, log, programs=None, **more):
     (tmp_path / "log.csv").write_bytes(log if isinstance(log, bytes) else log.encode())
-    text = read_text(str(tmp_path / "PART.LS"), content)
+    text = read_program_text(str(tmp_path / "PART.LS"), content)
     around = situation(robot, programs)
     return judge_log(text, around.course(content), read_position_log(tmp_path / "log.csv"), around, **more)
 

@@ -10,7 +10,7 @@ from shipped import path_file, quiet
 
 from compgen.core.finding_codes import Level
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.findings.motion_findings import LEAST, Reach, reach_of, short_leads
+from compgen.pipelines.findings.motion_findings import LEAST, SmoothingReach, reach_of, short_leads
 from compgen.pipelines.planned import generate
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.controller.smoothing import smooth
@@ -108,7 +108,7 @@ def led_off_near_edges(name, *overrides):
     middle = (path.arc[1:] + path.arc[:-1]) / 2
     off = np.where(inside & (np.abs(middle[:, None] - edges).min(axis=1) < 15e-3), 50e-6, 0.0)
     assert off.any()
-    return list(short_leads(path, off, np.full(len(off), 0.2), Reach(0.15, 0.15)))
+    return list(short_leads(path, off, np.full(len(off), 0.2), SmoothingReach(0.15, 0.15)))
 
 
 def test_whatever_lies_beyond_a_stop_is_no_bend():

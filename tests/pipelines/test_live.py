@@ -8,8 +8,8 @@ from shipped import path_file, quiet
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study.geometry import band_at_samples, lay_out
-from compgen.pipelines.study.live_build import build_live, check
+from compgen.pipelines.study.geometry import band_at_samples, plan_geometry
+from compgen.pipelines.study.live_build import build_live, check_agreement
 from compgen.pipelines.study.live_day import drawn_settings, history_at, overrides_of, planned_setting
 from compgen.pipelines.study.live_places import at
 from compgen.report.live import live_section
@@ -53,7 +53,7 @@ def moved(live_job, **values):
 
 
 def test_the_formula_is_the_full_computation_on_the_spiral(spiral):
-    agreement = check(spiral)
+    agreement = check_agreement(spiral)
     assert len(agreement.settings) == 21
     assert agreement.largest < 0.1 * UM
     errors = [at(spiral.live, setting, spiral.live.after).max for setting in agreement.settings]
@@ -66,14 +66,14 @@ def test_standing_that_the_cycle_begins_with_is_before_the_first_run(heat, start
     cycle = 'cycle=[{state="idle",duration_h=2},{state="moving",repeat=3,dwell_s=600}]'
     live = built("line_y", cycle, *start, *heat)
     assert "run" in kinds(live)
-    assert check(live).largest < 0.1 * UM
+    assert check_agreement(live).largest < 0.1 * UM
 
 
 @pytest.mark.parametrize("name", ["raster_1300", "spiral_1300"])
 def test_the_band_of_some_samples_is_that_of_the_whole_path(name):
     job = load_job(path_file(name))
     whole = generate.predict(job, quiet).band_of_plan().largest
-    assert band_at_samples(job, lay_out(job)).largest == pytest.approx(whole, abs=0.1 * UM)
+    assert band_at_samples(job, plan_geometry(job)).largest == pytest.approx(whole, abs=0.1 * UM)
 
 
 def test_the_band_ends_with_the_last_waypoint_that_touches_however_far_the_next_one_is(tmp_path):
@@ -87,13 +87,13 @@ def test_the_band_ends_with_the_last_waypoint_that_touches_however_far_the_next_
     )
     job = load_job(str(tmp_path / "coarse.toml"), overrides=["ambient.value_degC=10"])
     whole = generate.predict(job, quiet).band_of_plan().largest
-    assert band_at_samples(job, lay_out(job)).largest == pytest.approx(whole, abs=0.1 * UM)
+    assert band_at_samples(job, plan_geometry(job)).largest == pytest.approx(whole, abs=0.1 * UM)
 
 
 @pytest.mark.parametrize("name", ["line_y", "circle_1300", "raster_1300"])
 def test_600_places_and_a_megabyte_are_as_good_as_every_sample(name):
     live_job = built(name)
-    agreement = check(live_job)
+    agreement = check_agreement(live_job)
     assert agreement.largest < 0.1 * UM
     assert np.abs(agreement.after[:, 0]).max() < 0.01 * UM  # the largest is among them, wherever it comes to lie
     assert max(len(places.arc) for places in (live_job.live.before, live_job.live.after)) <= 600
@@ -102,14 +102,14 @@ def test_600_places_and_a_megabyte_are_as_good_as_every_sample(name):
 
 def test_the_formula_is_the_full_computation_in_a_schedule_by_the_network(schedule):
     assert kinds(schedule) == ["repeat", "feed", "duty", "duration", "air", "delay", "run", "cte"]
-    assert check(schedule).largest < 0.02 * UM
+    assert check_agreement(schedule).largest < 0.02 * UM
 
 
 def test_the_formula_is_the_full_computation_with_every_error_source(tmp_path):
     live_job = built("line_y", robot=flawed_file(tmp_path))
     assert "cte" not in kinds(live_job)
     assert any("a value for each length" in words for words in live_job.live.day.missing)
-    assert check(live_job).largest < 0.2 * UM
+    assert check_agreement(live_job).largest < 0.2 * UM
 
 
 def test_before_is_what_predict_says_with_the_overrides_of_the_setting(spiral):
@@ -181,7 +181,7 @@ IN_SHIFTS = (
 def test_stretches_that_keep_to_the_shifts_have_their_sliders(model):
     live_job = built("line_y", *IN_SHIFTS, f"robot.thermal.model={model}")
     assert kinds(live_job)[:-3] == ["duration", "repeat", "feed", "duty", "duration", "feed", "duty"]
-    assert check(live_job).largest < 0.02 * UM
+    assert check_agreement(live_job).largest < 0.02 * UM
     before = live_job.job.history.before
     assert history_at(live_job.live.day, planned_setting(live_job.live.day)).before == before
     assert {"moving", "idle", "off"} == {duty.state for duty in before}
@@ -192,7 +192,7 @@ def test_hours_that_would_move_the_shifts_of_the_cycle_have_no_slider():
     live_job = built("line_y", SHIFTS, 'before=[{state="moving",program="line_x",repeat=60,shifts=true}]', cycle)
     assert kinds(live_job) == ["duty", "air", "delay", "run", "cte"]
     assert any("[[cycle]] keeps to the hours of [[shift]]" in words for words in live_job.live.day.missing)
-    assert check(live_job).largest < 0.02 * UM
+    assert check_agreement(live_job).largest < 0.02 * UM
 
 
 @pytest.mark.parametrize(
@@ -206,12 +206,12 @@ def test_a_slider_that_a_path_has_none_of_is_named_with_the_reason(overrides, wo
     assert "duration" not in kinds(live_job)
     assert any(words in sentence for sentence in live_job.live.day.missing)
     assert any("no [[cycle]]" in sentence for sentence in live_job.live.day.missing)
-    assert check(live_job).largest < 0.05 * UM
+    assert check_agreement(live_job).largest < 0.05 * UM
 
 
 def test_a_file_for_several_starts_moves_from_their_mean():
     live_job = built("line_y", "compensation.average_over.delay_s=[0, 3600]")
-    assert check(live_job).largest < 0.05 * UM
+    assert check_agreement(live_job).largest < 0.05 * UM
     late, early = (at(live_job.live, moved(live_job, delay=d), live_job.live.after).max for d in (60.0, 0.0))
     mean = at(live_job.live, moved(live_job, delay=30.0), live_job.live.after).max
     assert mean < min(late, early)
@@ -224,4 +224,4 @@ def test_a_start_of_the_path_file_is_where_its_sliders_stand():
     shown = at(live_job.live, planned_setting(live_job.live.day), live_job.live.before)
     assert shown.max == pytest.approx(live_job.planned.deviation().on_part["total"].max, abs=1e-10)
     assert overrides_of(live_job.live.day, moved(live_job, run=1.0)) == ["start.run=1"]
-    assert check(live_job).largest < 0.05 * UM
+    assert check_agreement(live_job).largest < 0.05 * UM

@@ -13,10 +13,10 @@ from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.uncertainty.band_columns import by_source
-from compgen.pipelines.uncertainty.not_known import Setting, not_known, setting_of
+from compgen.pipelines.uncertainty.not_known import WorkSetting, not_known, setting_of
 from compgen.verification.band import Band, BudgetShare
 
-SETTING = Setting(reach=2.0, tool=0.3, warmest=13.0, flange=2.3)
+SETTING = WorkSetting(reach=2.0, tool=0.3, warmest=13.0, flange=2.3)
 OF_FILE = ["cold geometry", "play", "repeatability", "the controller's motion", "the first lap"]
 OF_JOB = [
     "part's frame", "tool length", "payload and sag", "process force", "floor and base tilt", "growth of the spindle",

@@ -18,7 +18,7 @@ from compgen.job.motion_plan import plan_motion
 from compgen.pipelines.correct.program_offsets import offsets_of_program
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import load_cell
-from compgen.pipelines.planned.offsets import FRAME, FULL, NOTHING, REGISTER, SHIFT, moved, offsets_of_job
+from compgen.pipelines.planned.offsets import FRAME, FULL, NOTHING, REGISTER, SHIFT, offsets_of_job, with_offset
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.program.frames import Frames, default_frames
 from compgen.thermal import Duty
@@ -159,7 +159,7 @@ def generate_planned(job):
 def test_moved_programs_stand_where_their_numbers_say(day):
     planned = generate_planned(day)
     add = np.array([0.5, -0.25, 0.125, 0.01, -0.02, 0.03])
-    there = moved(planned, Pose(np.zeros(3), np.eye(3)), REGISTER, add)
+    there = with_offset(planned, Pose(np.zeros(3), np.eye(3)), REGISTER, add)
     before, _ = naive_ls.read(fanuc.compose(planned))
     after, _ = naive_ls.read(fanuc.compose(there))
     for n in (1, 50, 200):

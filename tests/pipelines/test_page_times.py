@@ -3,7 +3,7 @@
 import pytest
 
 from compgen.core.exceptions import InputError
-from compgen.pipelines.resume.page_times import PageStart, PageTimes, planned_times, read_page_times
+from compgen.pipelines.resume.page_times import PageMoment, PageTimes, planned_times, read_page_times
 
 SPANS = (100.0, 50.0, 80.0)
 
@@ -24,7 +24,7 @@ def test_pages_run_one_after_the_other_from_the_start_on():
 
 
 def test_a_page_that_ends_before_the_next_leaves_the_robot_standing():
-    times = PageTimes((PageStart(10, 1), PageStart(60, 0), PageStart(200, 2, 3)), SPANS, 0.0)
+    times = PageTimes((PageMoment(10, 1), PageMoment(60, 0), PageMoment(200, 2, 3)), SPANS, 0.0)
     assert times.stretches(400) == [(0, 10, 0, 0), (10, 60, 1, 0), (60, 200, 0, 0), (200, 250, 2, 0), (250, 400, 0, 0)]
     assert times.running(100) == (0, 0.0)
     assert (times.loaded(100), times.loaded(220)) == (1, 3)
@@ -40,7 +40,7 @@ def test_the_cells_file_is_read_row_by_row(tmp_path):
     file.write_text("time_s,page,loaded\n")
     assert read_page_times(file, SPANS, 0.0).starts == ()
     file.write_text("time_s,page,loaded\n5,1,\n120,0,2\n")
-    assert read_page_times(file, SPANS, 0.0).starts == (PageStart(5, 1), PageStart(120, 0, 2))
+    assert read_page_times(file, SPANS, 0.0).starts == (PageMoment(5, 1), PageMoment(120, 0, 2))
 
 
 def test_rows_of_the_page_that_runs_do_not_begin_it_anew(tmp_path):

@@ -18,7 +18,7 @@ from compgen.core.files import POSTERIOR
 from compgen.error_model.posterior import (
     KnownParameter,
     ParameterPosterior,
-    numbers_of,
+    known_numbers,
     posterior_text,
     read_posterior,
 )
@@ -290,8 +290,8 @@ def test_a_network_has_no_law_and_takes_the_other_rows(identified):
         row.insert(1, 0.0)
     record["correlation"].insert(1, [0.1, 1])
     content, law = json.dumps(record).encode(), np.array([11.0])
-    of_nodes = read_posterior(content, numbers_of(cell.known, law, law), "here")
-    of_network = read_posterior(content, numbers_of(cell.known), "here")
+    of_nodes = read_posterior(content, known_numbers(cell.known, law, law), "here")
+    of_network = read_posterior(content, known_numbers(cell.known), "here")
     rest = [i for i in range(others + 1) if i != 1]
     assert of_nodes.parameters[1].name == "thermal.node.rise_K[1]"
     assert of_network.parameters == tuple(of_nodes.parameters[i] for i in rest)

@@ -25,7 +25,7 @@ from compgen.pipelines.resume.beginning import Begun, begin_late, begin_with_sta
 from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.resume import resume
-from compgen.pipelines.resume.written_job import job_of, read_written_job
+from compgen.pipelines.resume.written_job import job_of_pages, read_written_job
 from compgen.program.pages import CHECKSUM, JoinError, with_checksum
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import Duty, state_after
@@ -53,7 +53,7 @@ def write(folder, *overrides, name="optic_raster", small=SMALL):
 def later(folder, page, late, **options):
     """Its pages from one on, written anew for a late start."""
     written = read_written_job(folder)
-    whole = plan_whole(job_of(written), quiet)
+    whole = plan_whole(job_of_pages(written), quiet)
     return resume(written, whole, page, lambda known: begin_late(known, late), "2026-01-31", quiet, **options)
 
 
@@ -109,7 +109,7 @@ def test_the_old_pages_are_flown_through_the_wait(made):
 def test_the_rest_of_a_job_is_right_for_the_wait_before_its_page(made):
     """From the third page on, by the model node by node: driven so far, stood so long, driven on."""
     resumed = later(made, 3, 1800.0)
-    whole = plan_whole(job_of(resumed.written), quiet)
+    whole = plan_whole(job_of_pages(resumed.written), quiet)
     law, row = whole.job.heat.law, resumed.written.pages[2].first
     assert law is not None
     rise = state_after(whole.job.heat, whole.job.history.before)
@@ -170,7 +170,7 @@ def test_the_manifest_says_what_was_replaced_when_and_why(made):
 def test_waits_add_up_from_one_resume_to_the_next_and_the_same_call_again_changes_nothing(copy):
     put(copy, later(copy, 2, 1200.0))
     written = read_written_job(copy)
-    whole = plan_whole(job_of(written), quiet)
+    whole = plan_whole(job_of_pages(written), quiet)
     again = later(copy, 2, 1200.0)
     assert again.replaced == ()
     known = known_state(whole, written.resumed, 4, written.pages[3].first)
@@ -206,7 +206,7 @@ def test_other_jobs_are_resumed_too(tmp_path, change):
 def test_the_step_at_the_join_is_what_has_drifted(made):
     """By the error model: where the old text holds the tool, and where the new text puts it."""
     resumed = later(made, 3, 7200.0)
-    whole, join = plan_whole(job_of(resumed.written), quiet), resumed.join
+    whole, join = plan_whole(job_of_pages(resumed.written), quiet), resumed.join
     row, rise = resumed.written.pages[2].first, resumed.planned.rise[:1]
     job, target = resumed.planned.job, whole.path.target[row : row + 1]
     at = whole.theta[row : row + 1]
@@ -233,7 +233,7 @@ def test_a_step_on_the_part_is_a_warning_and_one_beyond_what_drifted_is_outside(
     assert resumed.join.step > 10 * UM
     clamped = write(tmp_path / "clamped", "compensation.clamp_mm=0.1", name="line_x", small=small)
     written = read_written_job(clamped)
-    whole = plan_whole(job_of(written), quiet)
+    whole = plan_whole(job_of_pages(written), quiet)
     hot = whole.job.state() * 2.5
 
     def begin(known):
@@ -266,13 +266,13 @@ def test_a_page_that_does_not_go_on_is_refused(made):
 
 def by_state(folder, page, file, age=0.0):
     written = read_written_job(folder)
-    whole = plan_whole(job_of(written), quiet)
+    whole = plan_whole(job_of_pages(written), quiet)
     return resume(written, whole, page, lambda known: begin_with_state(known, file, age), "2026-01-31", quiet)
 
 
 def moved_state(folder, tmp_path, **changes):
     """A state at page 3 whose base has moved, in a file."""
-    whole = plan_whole(job_of(read_written_job(folder)), quiet)
+    whole = plan_whole(job_of_pages(read_written_job(folder)), quiet)
     rise = np.array([9.0, 3.6, 11.0, 2.7, 2.1])
     base = np.array([150e-6, -80e-6, 60e-6, 0, 0, 2e-5])
     return states.written(states.state_of(whole.job, **{"rise": rise, "base": base, **changes}), tmp_path), rise
@@ -321,7 +321,7 @@ def test_a_state_that_found_more_than_warmth_is_warned_of(made, tmp_path, verdic
 
 
 def test_a_state_of_other_values_of_the_robot_file_is_warned_of(made, tmp_path):
-    job = job_of(read_written_job(made))
+    job = job_of_pages(read_written_job(made))
     files = {**made_from_robot(job.cell), "robot_overrides": "0" * 64}
     file, _ = moved_state(made, tmp_path, made_from=files)
     (warning,) = [f for f in by_state(made, 3, file).findings if f.code == "state"]

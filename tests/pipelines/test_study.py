@@ -29,12 +29,12 @@ from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study import ASKS, build, questions, run, scenarios, workers
-from compgen.pipelines.study.geometry import execute_with, lay_out
+from compgen.pipelines.study.geometry import execute_with, plan_geometry
 from compgen.pipelines.study.questions import answer_questions, first_above, first_below, passes, when_settled
 from compgen.pipelines.study.scenarios import Scenario
 from compgen.pipelines.study.workers import geometry_key
 from compgen.report.study_page import study_html
-from compgen.report.study_tables import StudyOutcome, answer_csv, headline, study_csv
+from compgen.report.study_tables import StudyOutcome, answer_csv, largest_and_least, study_csv
 from compgen.thermal.schedule import History
 from compgen.verification.deviation import deviation_from_path, statistics
 
@@ -99,7 +99,7 @@ def test_scenarios_that_change_temperatures_share_their_geometry(study):
 def test_the_shared_ride_is_the_twins_own(path, motion):
     smoothed = f"robot.motion={{moving_average_ms={motion}}}"
     cold, warm = (load_job(path, overrides=[f"before.0.duration_h={h}", smoothed]) for h in (0, 6))
-    execution = execute_with(warm, lay_out(cold))
+    execution = execute_with(warm, plan_geometry(cold))
     own = generate.predict(warm, quiet)
     found = deviation_from_path(own.path, [execution], len(execution.time))
     assert_allclose(found.error, own.deviation().error, atol=1e-10)  # m; pinocchio's arm against the symbolic one
@@ -126,7 +126,7 @@ def test_more_geometries_than_are_kept_are_laid_out_and_the_last_ones_once(monke
     """Refusals among them: each is the scenario's own."""
     made, shared = [], workers.Shared()
 
-    def lay_out(job):
+    def plan_geometry(job):
         made.append(job)
         if job == 2:
             raise InputError("out of reach")
@@ -135,7 +135,7 @@ def test_more_geometries_than_are_kept_are_laid_out_and_the_last_ones_once(monke
     def of(n):
         return shared.of(Scenario(n, (("feed", str(n)),)), n)
 
-    monkeypatch.setattr(workers, "lay_out", lay_out)
+    monkeypatch.setattr(workers, "plan_geometry", plan_geometry)
     count = workers.KEPT + 1
     for n in (*range(count), *range(1, count), 0):
         if n == 2:
@@ -184,7 +184,7 @@ def test_a_scenario_that_fails_is_a_row_with_its_reason():
     table = list(csv.DictReader(io.StringIO(study_csv(build_of(rows), rows).decode())))
     assert table[2]["state"] == "failed"
     assert "out of reach" in table[2]["reason"]
-    assert "2 failed" in headline(build_of(rows), rows)
+    assert "2 failed" in largest_and_least(build_of(rows), rows)
 
 
 def build_of(found):
@@ -513,7 +513,7 @@ def test_what_follows_the_warm_up_stays_behind_it():
     warm = """{state="moving", feed_mm_s=200, duration_h=%d}"""
     rests = f"""before=[{warm % 1}, {warm % 6}, {{state="idle", duration_h=2}}]"""
     job = load_job(PATH, overrides=[rests, "process.feed_mm_s=20"])
-    table, geometry = ASKS["warmup"](job, UM).table, lay_out(job)
+    table, geometry = ASKS["warmup"](job, UM).table, plan_geometry(job)
     rise = execute_with(job, geometry).rise
     both = [execute_with(job, geometry, np.broadcast_to(end, rise.shape)).actual for end in (rise[0], rise[-1])]
     drift = np.linalg.norm(both[1].position - both[0].position, axis=1).max()
@@ -604,7 +604,7 @@ def test_a_late_start_on_a_day_that_warms_is_off_by_what_starting_then_would_sho
     moving, idle = '{state="moving", feed_mm_s=200, duration_h=2}', '{state="idle", duration_h=1}'
     job = load_job(PATH, overrides=[air, f"before=[{moving}]"])
     later = load_job(PATH, overrides=[air, f"before=[{moving}, {idle}]"])
-    geometry = lay_out(job)
+    geometry = plan_geometry(job)
     apart = execute_with(later, geometry).actual.position - execute_with(job, geometry).actual.position
     table = ASKS["validity"](job, 5 * UM).table
     assert table[table[:, 0] == 60, 1] * UM == pytest.approx(np.linalg.norm(apart, axis=1).max(), rel=0.02)
@@ -618,7 +618,7 @@ def test_validity_is_the_start_window(line):
     assert corrected.start_window - 61 < seconds <= corrected.start_window + 1  # a limit is never rounded up
     kelvin = float(answer.sentence.split("+-")[1].split()[0])
     warmer = load_job(PATH, overrides=[f"ambient.value_degC={20 + kelvin}"])
-    geometry = lay_out(line)
+    geometry = plan_geometry(line)
     apart = execute_with(warmer, geometry).actual.position - execute_with(line, geometry).actual.position
     assert np.linalg.norm(apart, axis=1).max() == pytest.approx(line.start_drift, rel=0.02)
 
@@ -692,7 +692,7 @@ def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
     nodes = sum(v for label, v in lengths.items() if label.startswith("node"))
     assert sum(v for label, v in lengths.items() if label.startswith("length")) == pytest.approx(nodes, abs=0.05)
     alone = dict(zip(answer.labels, answer.table[:, 2].tolist(), strict=True))["length d1"]
-    warmest = execute_with(job, lay_out(job)).rise[:, 0].max()
+    warmest = execute_with(job, plan_geometry(job)).rise[:, 0].max()
     assert alone == pytest.approx(0.565 * 10.5 * 1.1 * warmest, rel=1e-3)  # um: length, cte, its excess, rise of j2
 
 
@@ -701,7 +701,7 @@ def test_steady_is_ninety_five_percent_of_the_end(line):
     hours, error = answer.table[:, 0], answer.table[:, 1]
     assert hours.tolist() == [*(n / 4 for n in range(49)), *range(13, 97)]
     late = load_job(PATH, overrides=["before.0.duration_h=2000"])
-    cold, geometry = load_job(PATH, overrides=["before=[]"]), lay_out(late)
+    cold, geometry = load_job(PATH, overrides=["before=[]"]), plan_geometry(late)
     end = np.linalg.norm(
         execute_with(late, geometry).actual.position - execute_with(cold, geometry).actual.position, axis=1
     ).max()
@@ -713,7 +713,7 @@ def test_steady_is_in_the_air_of_the_job():
     job = load_job(PATH, overrides=["ambient.value_degC=26"])
     late = load_job(PATH, overrides=["ambient.value_degC=26", "before.0.duration_h=2000"])
     cold = load_job(PATH, overrides=["before=[]"])
-    ends = [execute_with(day, lay_out(late)).actual.position for day in (late, cold)]
+    ends = [execute_with(day, plan_geometry(late)).actual.position for day in (late, cold)]
     final = np.linalg.norm(ends[0] - ends[1], axis=1).max() / UM
     answer = ASKS["steady"](job, 5 * UM)
     assert float(answer.sentence.split("the final ")[1].split()[0]) == pytest.approx(final, abs=0.3)

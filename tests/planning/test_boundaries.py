@@ -121,8 +121,8 @@ def test_widest_is_the_reach_of_the_rim_between_two_lines(rotation_deg):
 def test_widest_sees_a_corner_between_the_lines_and_a_circle_its_diameter():
     assert_allclose(hexagon(0).x_range(-0.01, 0.02), [-SIZE / 2, SIZE / 2], atol=ATOL_M)
     assert_allclose(hexagon(0).x_range(0.01, 0.02), hexagon(0).clip(0.01), atol=ATOL_M)
-    assert_allclose(boundaries.circle(1.3).x_range(-0.1, 0.2), [-0.65, 0.65], atol=ATOL_M)
-    assert_allclose(boundaries.circle(1.3).x_range(0.25, 0.39), [-0.6, 0.6], atol=ATOL_M)
+    assert_allclose(boundaries.round_part(1.3).x_range(-0.1, 0.2), [-0.65, 0.65], atol=ATOL_M)
+    assert_allclose(boundaries.round_part(1.3).x_range(0.25, 0.39), [-0.6, 0.6], atol=ATOL_M)
 
 
 def test_hexagon_sizes_by_hand():
@@ -138,7 +138,7 @@ def test_hexagon_repeats_every_60_deg():
 
 
 def test_circle_holds_points_up_to_its_radius():
-    part, angle = boundaries.circle(1.3), np.linspace(0, 2 * np.pi, 100)
+    part, angle = boundaries.round_part(1.3), np.linspace(0, 2 * np.pi, 100)
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
     assert part.contains(0.65 * ring).all()
     assert not part.contains((0.65 + 1e-6) * ring).any()
@@ -146,7 +146,7 @@ def test_circle_holds_points_up_to_its_radius():
 
 
 def test_circle_clips_to_its_chord():
-    part = boundaries.circle(1.3)
+    part = boundaries.round_part(1.3)
     assert_allclose(part.clip(0.25), [-0.6, 0.6], atol=ATOL_M)  # 0.25^2 + 0.6^2 = 0.65^2
     assert_allclose(part.clip(-0.39), [-0.52, 0.52], atol=ATOL_M)
     assert np.isnan(part.clip(np.array([0.65, -0.7]))).all()

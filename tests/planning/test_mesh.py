@@ -134,7 +134,7 @@ def test_normals_run_on_over_a_smooth_surface():
 
 
 def laid_raster(mesh, tool_radius=0.0, lift=0.02, half=0.06, one_way=False):
-    edge = boundaries.circle(2 * half)
+    edge = boundaries.round_part(2 * half)
     sweeps = patterns.raster(edge, 0.02, 0.005, smooth=False)
     if one_way:
         sweeps = patterns.one_way_raster(edge, 0.02, 0.005, lift)
@@ -180,7 +180,7 @@ def test_the_curve_keeps_to_the_surface_up_to_the_edge_of_the_mesh(height, n, le
 
     Between the last point on the mesh and the edge the tool is on the part, too: 0.5 mm below it, on a coarse mesh.
     """
-    half, tolerance, part = 0.0437, 10 * UM, boundaries.circle(0.09)
+    half, tolerance, part = 0.0437, 10 * UM, boundaries.round_part(0.09)
     sweeps = patterns.raster(part, 0.02, lead, smooth=turn == "smooth")
     if turn == "one way":
         sweeps = patterns.one_way_raster(part, 0.02, lead, 0.02)
@@ -242,7 +242,7 @@ def test_a_place_on_a_mesh_is_named_by_where_it_is():
 def test_long_strips_of_a_cylinder_stand_off_it_across_and_not_along():
     """The note said 1,067 um of 41: an edge from end to end counted with a turn across it."""
     turn = np.linspace(-0.8, 0.8, 26)
-    mesh, part = Mesh.of_corners(strip_mesh(0.08 * np.sin(turn), 0.08 * np.cos(turn))), boundaries.circle(0.08)
+    mesh, part = Mesh.of_corners(strip_mesh(0.08 * np.sin(turn), 0.08 * np.cos(turn))), boundaries.round_part(0.08)
     laid = lay(patterns.raster(part, 0.02, 0.005, smooth=False), part, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0)
     assert laid.facets == pytest.approx(0.08 * (1 - np.cos(0.032)), rel=0.01)
 
@@ -259,7 +259,7 @@ def test_a_way_between_sweeps_goes_through_no_side_of_a_face_that_is_worked():
 def test_a_sweep_one_way_has_no_piece_without_length():
     """An end and the start behind it differ in the last digit: the piece between them ended in a fault on a mesh."""
     for diameter in np.linspace(0.03, 0.12, 46):
-        sweeps = patterns.one_way_raster(boundaries.circle(diameter), 0.0176, 0.0108, 0.02)
+        sweeps = patterns.one_way_raster(boundaries.round_part(diameter), 0.0176, 0.0108, 0.02)
         assert (np.hypot(*sweeps.poly[:, 1].T) + np.abs(sweeps.lift[:, 1]) > 1e-6).all()
 
 
@@ -267,7 +267,7 @@ def test_a_lower_face_beside_what_the_tool_works_is_no_way_down():
     """A part on a table: a sweep's end beyond the part is not at the height of the table, with the part in its way."""
     top, table = grid_mesh(bump, half=0.05), grid_mesh(lambda x, y: 0 * x - 0.05)
     mesh = Mesh.of_corners(np.concatenate([top, table]))
-    boundary = boundaries.circle(0.08)
+    boundary = boundaries.round_part(0.08)
     laid = lay(patterns.raster(boundary, 0.02, 0.02, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0)
     position = laid.points.position
     assert np.abs(position[:, 0]).max() > 0.055
@@ -278,7 +278,7 @@ def test_a_lower_face_beside_what_the_tool_works_is_no_way_down():
 def test_a_higher_face_beside_what_the_tool_works_is_refused_and_not_climbed():
     block = grid_mesh(lambda x, y: 0 * x + 0.09, half=0.02)
     mesh = Mesh.of_corners(np.concatenate([grid_mesh(bump, half=0.05), block + np.array([0.072, 0, 0])]))
-    boundary = boundaries.circle(0.08)
+    boundary = boundaries.round_part(0.08)
     with pytest.raises(InputError, match=r"runs into the mesh at x 58\.\d, y -19\.\d mm.* is 71\.\d mm higher there"):
         lay(patterns.raster(boundary, 0.02, 0.02, smooth=False), boundary, mesh, NO_SHIFT, "part.stl", 10 * UM, 0.0)
     short = lay(

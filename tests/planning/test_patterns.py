@@ -17,7 +17,7 @@ TURN_DEPTH = 0.55  # of the stepover: 11/32 of 1.6, the septic's middle
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
 
 PARTS = {
-    "circle": boundaries.circle(1.3),
+    "circle": boundaries.round_part(1.3),
     "hexagon 0": boundaries.hexagon(1.45, 0.0),
     "hexagon 17": boundaries.hexagon(1.45, np.radians(17)),
     "hexagon 30": boundaries.hexagon(1.45, np.radians(30)),
@@ -296,7 +296,7 @@ def test_sweeps_are_cut_where_they_cross_the_edge():
 
 def test_a_part_that_no_sweep_meets_is_refused():
     with pytest.raises(InputError, match="stepover_mm"):
-        patterns.raster(boundaries.circle(5e-10), 0.02, 0.0, smooth=False)
+        patterns.raster(boundaries.round_part(5e-10), 0.02, 0.0, smooth=False)
 
 
 def test_a_stepover_wider_than_the_part_leaves_one_sweep_through_its_middle():
@@ -311,7 +311,7 @@ def test_finer_stepover_gives_a_longer_raster():
 
 @pytest.mark.parametrize("smooth", [False, True])
 def test_a_raster_of_one_sweep_has_no_turn(smooth):
-    table = patterns.raster(boundaries.circle(0.1), 0.2, 0.01, smooth=smooth)
+    table = patterns.raster(boundaries.round_part(0.1), 0.2, 0.01, smooth=smooth)
     assert len(table.poly) == 3
     assert table.stop.tolist() == [False, False, True]
     assert_allclose([*table.start()[0][:2], *table.end()[0][:2]], [-0.06, 0, 0.06, 0], atol=ATOL_M)
@@ -320,7 +320,7 @@ def test_a_raster_of_one_sweep_has_no_turn(smooth):
 @pytest.mark.parametrize("smooth", [False, True])
 def test_fifty_thousand_sweeps_are_laid_together(smooth):
     begin = time.process_time()
-    table = patterns.raster(boundaries.circle(0.04), 8e-7, 1e-3, smooth=smooth)
+    table = patterns.raster(boundaries.round_part(0.04), 8e-7, 1e-3, smooth=smooth)
     assert time.process_time() - begin < 2
     assert table.stop.sum() == (1 if smooth else 99_999)
 

@@ -12,7 +12,7 @@ from compgen import fanuc
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.poses import program_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program import ways
@@ -40,7 +40,7 @@ def arm():
 def driven(arm, moves, places):
     text = program(moves, [cartesian(n, place) for n, place in enumerate(places, 1)])
     read = fanuc.loads(text)
-    return ways.measure_reach(arm, read_traversal(read, read_poses(read, arm, default_frames()), arm))
+    return ways.measure_reach(arm, read_traversal(read, program_poses(read, arm, default_frames()), arm))
 
 
 @pytest.fixture(scope="module")
@@ -80,15 +80,15 @@ def test_each_sample_stands_for_half_of_the_ways_beside_it_arcs_and_joint_motion
     swung = np.array([naive_arm.flange(joints)[:3, 3] for joints in pendant])
     way = np.array([100, 25 * np.pi, 25 * np.pi, 200, np.linalg.norm(np.diff(swung, axis=0), axis=1).sum()])
     expected = (np.append(way, 0) + np.append(0, way)) / 2
-    lengths = ways.sample_lengths(arm, drive, station, fraction, np.ones(6, dtype=bool)) / MM
+    lengths = ways.way_lengths(arm, drive, station, fraction, np.ones(6, dtype=bool)) / MM
     assert_allclose(lengths, expected, rtol=3e-3)
     assert_allclose(lengths[:4], expected[:4], rtol=1e-9)
-    some = ways.sample_lengths(arm, drive, station, fraction, np.array([1, 1, 0, 1, 1, 0], dtype=bool)) / MM
+    some = ways.way_lengths(arm, drive, station, fraction, np.array([1, 1, 0, 1, 1, 0], dtype=bool)) / MM
     assert_allclose(some, [50, 50, 0, 100, 100, 0], rtol=1e-9)
     between = ways.path_samples(drive, np.array([0.5]))
-    halves = ways.sample_lengths(arm, drive, *between, np.ones(len(between[0]), dtype=bool)) / MM
+    halves = ways.way_lengths(arm, drive, *between, np.ones(len(between[0]), dtype=bool)) / MM
     assert_allclose(halves[:8], [25, 50, 25 + way[1] / 4, *3 * [way[1] / 2], way[1] / 4 + 50, 100], rtol=1e-9)
-    alone = ways.sample_lengths(arm, drive, station, fraction, np.arange(6) % 2 == 0)
+    alone = ways.way_lengths(arm, drive, station, fraction, np.arange(6) % 2 == 0)
     assert alone.tolist() == [1, 0, 1, 0, 1, 0]
 
 
@@ -111,7 +111,7 @@ def test_a_line_has_one_tool_and_one_posture_at_both_ends(arm, second, is_line):
     points = [cartesian(1, PLACES[0], ut=1), cartesian(2, PLACES[1], **{"ut": 1, **second})]
     read = fanuc.loads(program(MOVES[:2], points))
     frames = Frames({0: IDENTITY}, {0: IDENTITY, 1: IDENTITY, 2: IDENTITY})
-    drive = read_traversal(read, read_poses(read, arm, frames), arm)
+    drive = read_traversal(read, program_poses(read, arm, frames), arm)
     assert ways.between_known_ends(drive).tolist() == [False, is_line]
 
 

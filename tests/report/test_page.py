@@ -15,7 +15,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.report.inputs import SHORT, Inputs, duties_words, job_inputs
 from compgen.report.job_page import job_html
-from compgen.report.page import PageOptions, in_words, page, style, templates
+from compgen.report.page import PageOptions, page, page_words, style, templates
 from compgen.thermal import Duty
 
 VOID = {"meta", "br", "input", "img", "link", "hr", "wbr"}  # elements without an end
@@ -173,5 +173,5 @@ def test_paper_is_white_whatever_the_screen_prefers():
 
 
 def test_words_of_a_command_stand_on_a_page_with_capital_and_unit():
-    assert in_words("5 um off <b>, 3 umbrellas; um") == "5 &micro;m off &lt;b&gt;, 3 umbrellas; um"
-    assert in_words("the rest") == "The rest"
+    assert page_words("5 um off <b>, 3 umbrellas; um") == "5 &micro;m off &lt;b&gt;, 3 umbrellas; um"
+    assert page_words("the rest") == "The rest"

@@ -13,7 +13,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import log_end
 from compgen.thermal.log_doubt import FLOOR, SIGMAS, doubt_of, hidden_lies
 from compgen.thermal.log_end import end_of
-from compgen.thermal.log_prior import Expected, LogPrior, Medians, medians_of, prior_of
+from compgen.thermal.log_prior import Expected, LogPrior, Medians, medians_of, prior_from_log
 from compgen.thermal.state_from_log import LogFit, TemperatureLog, fit_log
 from compgen.thermal.temperature_log import read_temperature_log
 
@@ -58,7 +58,7 @@ def simple_log(cell, names=("j2", "link1", "j3", "wrist")):
 
 def test_the_likeliest_end_is_that_of_least_squares_in_all_amounts(cell):
     """Against the normal equations of all amounts at once, noise and the sensors' errors among them."""
-    prior = prior_of(simple_log(cell, ("j2", "wrist")), cell.heat, cell.warmth)
+    prior = prior_from_log(simple_log(cell, ("j2", "wrist")), cell.heat, cell.warmth)
     A = prior.spread.shape[1]
     others = prior.covariance - prior.spread @ prior.spread.T
     information = np.eye(A) + prior.spread.T @ np.linalg.inv(others) @ prior.spread
@@ -119,7 +119,9 @@ def test_a_larger_lie_than_the_hidden_one_is_refused_and_a_smaller_one_moves_les
         return doubt_of(some, nodes.heat, nodes.warmth, columns, REFERENCE)
 
     assert doubt(log) == ""
-    which, size, _ = hidden_lies(prior_of(log, nodes.heat, nodes.warmth), [nodes.heat.names.index(n) for n in names])
+    which, size, _ = hidden_lies(
+        prior_from_log(log, nodes.heat, nodes.warmth), [nodes.heat.names.index(n) for n in names]
+    )
     end = end_of(log, nodes.heat, nodes.warmth)
     for k, name in enumerate(nodes.heat.names):
         if name not in names:
@@ -163,7 +165,7 @@ def test_what_a_known_history_leaves_open_is_that_of_a_hand(nodes):
     log = replace(simple_log(nodes), time=begin + simple_log(nodes).time, air=np.linspace(1.0, 3.0, 180))
     rise = np.outer(np.linspace(0.2, 1.0, 50), heat.reference_rise)
     expected = Expected(begin + np.linspace(0, 3 * HOUR, 50), rise, 4.0)
-    prior = prior_of(log, heat, warmth, expected)
+    prior = prior_from_log(log, heat, warmth, expected)
     node = [heat.names.index(list(log.readings)[int(n)]) for n in prior.medians.which]
     since = prior.medians.time - begin
     course = (0.2 + 0.8 * since / (3 * HOUR)) * heat.reference_rise[node]
@@ -200,7 +202,7 @@ def test_a_lone_sensor_hides_what_work_can_do(nodes):
 def test_a_second_model_goes_on_with_the_fit_and_says_how_far_it_is_from_the_likeliest(cell):
     log = simple_log(cell, ("j2", "wrist"))
     end = end_of(log, cell.heat, cell.warmth)
-    mean, covariance = prior_of(log, cell.heat, cell.warmth).rises_at_end()
+    mean, covariance = prior_from_log(log, cell.heat, cell.warmth).rises_at_end()
     apart = cell.heat.outputs @ end.state - mean
     assert end.warmth.start is not None
     assert_allclose(end.warmth.start @ end.warmth.start.T, covariance + np.outer(apart, apart), atol=1e-8)

@@ -11,7 +11,7 @@ from shipped import path_file, quiet
 from compgen.core.pose import IDENTITY
 from compgen.core.rotations import rotation_matrix
 from compgen.fanuc import loads
-from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.poses import program_poses
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
@@ -221,5 +221,5 @@ def test_a_coupled_joint_beyond_half_a_turn_is_legal_for_plan_twin_and_reader():
     assert corrected.inside
     assert_allclose(corrected.execution().theta[corrected.samples], corrected.solution.theta, atol=1e-5)
     frames = Frames({0: IDENTITY}, {1: job.tool.pose})
-    poses = read_poses(loads(corrected.text), job.robot, frames)
+    poses = program_poses(loads(corrected.text), job.robot, frames)
     assert_allclose(poses.theta, corrected.execution().theta[corrected.samples], atol=1e-9)

@@ -10,7 +10,7 @@ import typer
 
 from compgen.cli.command_frame import Outcome
 from compgen.cli.options import options as opt
-from compgen.cli.options.completion import complete_codes, page_place
+from compgen.cli.options.completion import complete_codes, doc_place
 from compgen.cli.output_files.ownership import REPORT
 from compgen.core.commands import Command
 from compgen.core.exceptions import InputError
@@ -94,7 +94,7 @@ def _lines(code: Code, messages: list[str]) -> Iterator[str]:
     """A code's sentences."""
     yield f"{code} ({', '.join(code.levels)}): {code.meaning}"
     yield from (f"  {printable(message)}" for message in messages)
-    yield from (f"  What to do: {code.remedy}", f"  {page_place(Path(PAGE).stem)}#{code}")
+    yield from (f"  What to do: {code.remedy}", f"  {doc_place(Path(PAGE).stem)}#{code}")
 
 
 def _listed() -> Iterator[str]:

@@ -206,7 +206,7 @@ def _load(
     from compgen.pipelines.resume.paged_run import planned_run
     from compgen.pipelines.resume.rest import plan_whole
     from compgen.pipelines.resume.resume import require_unedited
-    from compgen.pipelines.resume.written_job import job_of, read_written_job
+    from compgen.pipelines.resume.written_job import job_of_pages, read_written_job
 
     finish_replacing(folder)
     written = read_written_job(folder)
@@ -217,7 +217,7 @@ def _load(
     if written.is_corrected:
         run = corrected_run(read_corrected(written, robot, max_um), _silent)
     else:
-        job = within(job_of(written, path, robot), opt.bound_of(max_um))
+        job = within(job_of_pages(written, path, robot), opt.bound_of(max_um))
         run = planned_run(written, plan_whole(job, _silent))
     zero = run.zero.reference
     reference = None if isinstance(zero, str) else zero

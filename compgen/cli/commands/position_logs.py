@@ -72,14 +72,14 @@ def _logged_program(
 ) -> LoggedProgram:
     """The program with what lies beside it; the log is not read yet."""
     from compgen.pipelines.correct.program_file import programs_beside, read_program, robot_of_program
-    from compgen.pipelines.executed.executed import Situation, read_text
+    from compgen.pipelines.executed.executed import Situation, read_program_text
     from compgen.pipelines.files.robot_file import find_robot, load_robot
 
     log = opt.given("--log", log, "the CSV of positions that was logged while the program ran")
     content = read_program(program)
     with naming_file(program):
         robot_file = str(find_robot(robot if robot is not None else robot_of_program(content)))
-        text = read_text(program, content)
+        text = read_program_text(program, content)
     situation = Situation(load_robot(robot_file), *tables.read(), programs_beside(Path(program)), in_world)
     with naming_file(program):
         course = situation.course(content)  # what is wrong with the program is named before the log is read

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from compgen.job.job import Job
-    from compgen.pipelines.resume.beginning import Begun, Known
+    from compgen.pipelines.resume.beginning import Begun, PromptStart
     from compgen.pipelines.resume.corrected_rest import ResumedProgram
     from compgen.pipelines.resume.result import PageResult, Resumed
 
@@ -47,7 +47,7 @@ RecordDate = Annotated[
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cause:
+class ResumeCause:
     """What the robot is when the first new page starts: one of three ways to say it."""
 
     state: opt.StateFile = None
@@ -75,7 +75,7 @@ class Cause:
         if self.state_age is not None and seconds_of_age(self.state_age) >= 0 and self.state is None:
             raise InputError("--state-age: is of a state; name its file with --state")
 
-    def begin(self, known: "Known") -> "Begun":
+    def begin(self, known: "PromptStart") -> "Begun":
         """How the first new page begins."""
         from compgen.job.anchored_start import seconds_of_age
         from compgen.pipelines.resume.beginning import begin_late, begin_with_log, begin_with_state
@@ -100,7 +100,7 @@ def resume(
     folder: PagesFolder,
     *,
     from_page: Annotated[int, typer.Option("--from-page", help="The first page to write anew, from 1.")],
-    cause: Cause,
+    cause: ResumeCause,
     at: Progressed,
     max_um: opt.MaxUm = None,
     path: JobPath = None,
@@ -124,7 +124,7 @@ def resume(
     from compgen.pipelines.resume.rest import plan_whole
     from compgen.pipelines.resume.resume import require_free
     from compgen.pipelines.resume.resume import resume as pipeline
-    from compgen.pipelines.resume.written_job import job_of, read_written_job
+    from compgen.pipelines.resume.written_job import job_of_pages, read_written_job
 
     cause.check()
     when = checked_moment(date)
@@ -138,7 +138,7 @@ def resume(
             program = read_corrected(written, robot, max_um)
             resumed = resume_corrected(program, from_page, cause.begin, when, progress, at.loaded, at.done)
         else:
-            job = within(job_of(written, path, robot), opt.bound_of(max_um))
+            job = within(job_of_pages(written, path, robot), opt.bound_of(max_um))
             whole = plan_whole(job, progress)
             resumed = pipeline(written, whole, from_page, cause.begin, when, progress, loaded=at.loaded, done=at.done)
         progress(stages.REPORT, 0.0)
@@ -164,13 +164,13 @@ def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: b
 
 def _shown(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> Iterator[object]:
     """The pages, why, and what became of them."""
-    from compgen.pipelines.resume.corrected_rest import words_of
+    from compgen.pipelines.resume.corrected_rest import resumed_words
     from compgen.pipelines.resume.result import Resumed
 
     if isinstance(resumed, Resumed):
         name, words = resumed.planned.job.name, _words_of_job(resumed, verbose=verbose)
     else:
-        name, words = resumed.correction.name, chain(words_of(resumed), _words_of_band(resumed, verbose=verbose))
+        name, words = resumed.correction.name, chain(resumed_words(resumed), _words_of_band(resumed, verbose=verbose))
     yield from titled(f"{name} from page {resumed.from_page} on", pages_table(resumed.pages))
     yield from words
     yield from finding_lines(resumed.findings, verbose=verbose)

@@ -110,7 +110,7 @@ def _publish(result: "Anchored", target: Path, place: PagePlace | None, *, verbo
 def _lines_of(result: "Anchored", files: list[str], *, verbose: bool) -> list[str]:
     """The verdict, the state, and what a user must know."""
     from compgen.core.units import UM, limit_words
-    from compgen.pipelines.anchor.verdict import known_words
+    from compgen.pipelines.anchor.verdict import path_known_words
 
     state, (before, after) = result.state, result.rms
     K, sigma = len(state.nodes), state.sigma
@@ -120,7 +120,7 @@ def _lines_of(result: "Anchored", files: list[str], *, verbose: bool) -> list[st
             state.nodes, state.rise.tolist(), sigma[:K].tolist(), result.forecast.rise.tolist(), strict=True
         )
     )
-    known = known_words(before, after, base_moved=bool(result.judged[0].hypothesis.base))
+    known = path_known_words(before, after, base_moved=bool(result.judged[0].hypothesis.base))
     base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist(), strict=True))
     return [
         f"{state.verdict}: {result.reason}",

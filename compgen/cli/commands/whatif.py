@@ -26,7 +26,7 @@ from compgen.core.findings import beyond_text
 from compgen.core.units import UM
 
 if TYPE_CHECKING:
-    from compgen.pipelines.study import Row, Study
+    from compgen.pipelines.study import Study, StudyRow
     from compgen.report.live import LiveSection
     from compgen.report.study_tables import StudyOutcome
 
@@ -156,7 +156,7 @@ def _publish(
     return Outcome(record=files[RECORD], lines=lines, errors=_reasons(rows, outcome.max_um))
 
 
-def _reasons(rows: "list[Row]", max_um: float | None) -> list[str]:
+def _reasons(rows: "list[StudyRow]", max_um: float | None) -> list[str]:
     """Why scenarios are not inside: all failed, one did, or its error, corrected where it was, is too large."""
     failed = [row for row in rows if row["state"] == "failed"]
     if failed and len(failed) == len(rows):
@@ -189,13 +189,13 @@ def _sliders(path: str, robot: str | None, overrides: Sequence[str], *, silent: 
         CompgenError: The path cannot be read, driven or corrected, and there is nothing else on the page.
     """
     from compgen.cli.screen.progress_bar import GENERATE, show_progress
-    from compgen.pipelines.study.live_build import build_live, check
+    from compgen.pipelines.study.live_build import build_live, check_agreement
     from compgen.report.live import live_section, without_sliders
 
     try:
         with show_progress(GENERATE, quiet=silent) as progress:
             live_job = build_live(path, robot, overrides, progress)
-            agreement = check(live_job)
+            agreement = check_agreement(live_job)
     except CompgenError as failure:
         if alone:
             raise
@@ -206,7 +206,7 @@ def _sliders(path: str, robot: str | None, overrides: Sequence[str], *, silent: 
     return section
 
 
-def _run_scenarios(study: "Study", folder: Path, choice: Scenarios, *, silent: bool) -> "list[Row]":
+def _run_scenarios(study: "Study", folder: Path, choice: Scenarios, *, silent: bool) -> "list[StudyRow]":
     """The rows of all scenarios, kept on disk as they come; those of an earlier run are taken, unless ``fresh``."""
     from compgen.pipelines.study import run
 
@@ -219,7 +219,7 @@ def _run_scenarios(study: "Study", folder: Path, choice: Scenarios, *, silent: b
         try:
             with _scenario_bar(len(study.scenarios), len(rows), silent=silent) as advance:
 
-                def keep(new: "list[Row]") -> None:
+                def keep(new: "list[StudyRow]") -> None:
                     journal.add(new)
                     rows.extend(new)
                     advance(len(new))

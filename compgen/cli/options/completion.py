@@ -80,7 +80,7 @@ def _names(folder: str, suffix: str = "") -> list[str]:
         return []
 
 
-def page_place(name: str) -> str:
+def doc_place(name: str) -> str:
     """Where a page of docs/ lies here: in the checkout, or as it came with the package."""
     return os.path.join(_data("docs"), f"{name}.md")
 

@@ -40,13 +40,13 @@ def check_writable(folder: Path) -> None:
         while not _exists(nearest):
             nearest = nearest.parent
         if not nearest.exists():
-            raise refusal(folder, f"{nearest} is a broken link")
+            raise folder_refusal(folder, f"{nearest} is a broken link")
         if not nearest.is_dir():
-            raise refusal(folder, f"{nearest} is a file")
+            raise folder_refusal(folder, f"{nearest} is a file")
         if not os.access(nearest, os.W_OK | os.X_OK):
-            raise refusal(folder, f"no permission to write in {nearest}")
+            raise folder_refusal(folder, f"no permission to write in {nearest}")
     except (OSError, ValueError) as failure:
-        raise refusal(folder, getattr(failure, "strerror", None) or str(failure)) from failure
+        raise folder_refusal(folder, getattr(failure, "strerror", None) or str(failure)) from failure
 
 
 def _exists(path: Path) -> bool:
@@ -98,7 +98,7 @@ def publish(
             check_names(folder, own)
             _put(target, programs, reports, own, run=run, paged=bool(manifest))
     except OSError as failure:
-        raise refusal(folder, failure.strerror or str(failure)) from failure
+        raise folder_refusal(folder, failure.strerror or str(failure)) from failure
     finally:
         with suppress(OSError):  # folders made for nothing; the first with something in it stays
             for parent in missing:
@@ -173,7 +173,7 @@ def check_names(folder: Path, names: Iterable[str]) -> None:
     """Raises InputError when a folder stands where a file shall be written."""
     blocked = next((name for name in sorted(names) if (folder / name).is_dir()), None)
     if blocked:
-        raise refusal(folder, f"{folder / blocked} is a folder")
+        raise folder_refusal(folder, f"{folder / blocked} is a folder")
 
 
 def write_file(path: Path, content: bytes) -> None:
@@ -284,7 +284,7 @@ def exchange(a: Path, b: Path) -> bool:
     return renameat2 is not None and renameat2(_AT_FDCWD, os.fsencode(a), _AT_FDCWD, os.fsencode(b), _EXCHANGE) == 0
 
 
-def refusal(folder: Path, reason: str) -> InputError:
+def folder_refusal(folder: Path, reason: str) -> InputError:
     """That a folder cannot take files, and the mend."""
     return InputError(f"output folder {folder}: cannot be written: {reason}; give another folder")
 
@@ -304,7 +304,7 @@ def alone_in(folder: Path) -> Iterator[Path]:
         handle = _locked(target)
         yield target
     except OSError as failure:
-        raise refusal(folder, failure.strerror or str(failure)) from failure
+        raise folder_refusal(folder, failure.strerror or str(failure)) from failure
     finally:
         if handle is not None:
             os.close(handle)

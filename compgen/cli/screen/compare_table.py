@@ -12,11 +12,11 @@ from compgen.report.compare_words import (
     SAME,
     cell,
     change_of,
-    headline,
     input_cells,
     label_of,
     printed_unit,
     ranked,
+    what_changed,
 )
 from compgen.report.key_words import ascii_units, unit_of
 
@@ -39,7 +39,7 @@ def comparison_shown(comparison: Comparison, files: str = "") -> Iterator[object
         *titled("time and size", _number_table((*comparison.time, *comparison.program))),
         f"no change: {SAME}",
         *(f"finding {words}: {level} {code}: {message}" for words, group in groups for level, code, message in group),
-        headline(comparison),
+        what_changed(comparison),
         *([files] if files else []),
     )
 

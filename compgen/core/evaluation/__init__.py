@@ -18,7 +18,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.evaluation.codegen import c_source, identity
 from compgen.core.evaluation.compiler import Compiler, find_compiler, load_function
-from compgen.core.evaluation.interpreter import BLOCK, IndexedRows, Rows, instructions_of, run
+from compgen.core.evaluation.interpreter import BLOCK, IndexedRows, Rows, instructions_of, run_instructions
 from compgen.core.evaluation.lifetime import kept_with
 from compgen.core.evaluation.threads import (
     Background,
@@ -113,7 +113,7 @@ def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ..
     compiled = _compiled(function) if N >= MIN_COMPILED_ROWS and not exact else None
     if compiled is None:
         instructions = instructions_of(function)
-        parallel_for(N, lambda start, stop: run(instructions, rows, outputs, start, stop))
+        parallel_for(N, lambda start, stop: run_instructions(instructions, rows, outputs, start, stop))
         return tuple(outputs)
     _buffers, pointers = _arguments(rows, outputs)  # a compiled function gets pointers only, into what is kept here
     parallel_for(N, lambda start, stop: compiled(start, stop, *pointers))

@@ -52,7 +52,9 @@ def instructions_of(function: Any) -> Instructions:
     return Instructions(tuple(steps), tuple(function.numel_out(k) for k in range(function.n_out())), function.sz_w())
 
 
-def run(instructions: Instructions, rows: Sequence[Rows], outputs: Sequence[Array], start: int, stop: int) -> None:
+def run_instructions(
+    instructions: Instructions, rows: Sequence[Rows], outputs: Sequence[Array], start: int, stop: int
+) -> None:
     """Fill rows start to stop of the outputs, (N, entries) each, from rows as ``evaluate`` takes them."""
     work: list[Any] = [None] * instructions.work_size
     with np.errstate(all="ignore"):  # as the compiled function does: NaN and infinity pass through

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, NamedTuple
 
-from compgen.core.csv_table import Row
+from compgen.core.csv_table import CsvRow
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.cells import LONG, brief_name, measured_by, name_and_unit, plain_name, unit_named
 from compgen.core.recorded.sheets import Sheet, kinds
@@ -69,7 +69,7 @@ class Layout(NamedTuple):
     unit_of_all: set[str]  # that a line beside the table says
     line: int  # of the header
     parted: str  # by what
-    body: Sequence[Row]
+    body: Sequence[CsvRow]
     summed: Sequence[str]  # lines behind it, and remarks like readings, that are none, though they have numbers
 
     def column(self, k: int) -> list[str]:
@@ -153,13 +153,13 @@ def layout_of(source: str, sheet: Sheet, dialect: DialectTable, table: str) -> L
     )
 
 
-def _like(remarks: Sequence[Row], reading: Sequence[str]) -> list[Row]:
+def _like(remarks: Sequence[CsvRow], reading: Sequence[str]) -> list[CsvRow]:
     """The remarks that have a reading's cells behind the first."""
     wanted = kinds(reading[1:])
     return [(n, cells) for n, cells in remarks if kinds(cells[1:]) == wanted]
 
 
-def _header_row(rows: Sequence[Row], begin: int, dialect: DialectTable) -> int:
+def _header_row(rows: Sequence[CsvRow], begin: int, dialect: DialectTable) -> int:
     """The last that has all names of the dialect, else of those above the readings the one that says most; -1: none."""
     wanted = {plain_name(name) for name in dialect.columns.values() if not name.startswith("#")}
     heads = [
@@ -173,7 +173,7 @@ def _header_row(rows: Sequence[Row], begin: int, dialect: DialectTable) -> int:
     return head
 
 
-def _with_above(rows: Sequence[Row], n: int) -> list[str]:
+def _with_above(rows: Sequence[CsvRow], n: int) -> list[str]:
     """The cells of a row; of one of words alone, what stands above an empty one, too."""
     cells = rows[n][1]
     if n == 0 or not set(kinds(cells)) <= set("a-"):
@@ -199,7 +199,9 @@ def _group_of(above: Sequence[str], k: int) -> str:
     return next(filter(None, above[k:0:-1]), "")
 
 
-def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], body: Sequence[Row]) -> list[set[str]]:
+def _units(
+    rows: Sequence[CsvRow], head: int, begin: int, names: Sequence[str], body: Sequence[CsvRow]
+) -> list[set[str]]:
     """The units that each column's name has, a row of units, a column beside it that has nothing else, or its group."""
     above = [cells for _, cells in rows[: max(head, 0)] if _UNIT_ROW.fullmatch(cells[0])]
     groups = rows[head - 1][1] if head > 0 and not units_of_all([rows[head - 1]]) else []
@@ -215,7 +217,7 @@ def _units(rows: Sequence[Row], head: int, begin: int, names: Sequence[str], bod
     return units
 
 
-def units_of_all(rows: Iterable[Row]) -> set[str]:
+def units_of_all(rows: Iterable[CsvRow]) -> set[str]:
     """What lines that are no readings say of the unit of all; a line of other words than units says nothing."""
     lines = (_SAYS_UNIT.match(" ".join(cells)) for _, cells in rows)
     units = [{unit_named(word) for word in re.findall(r"[^\s,;]*\w[^\s,;]*", line[1])} for line in lines if line]

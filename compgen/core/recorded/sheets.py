@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from python_calamine import CalamineError, CalamineWorkbook
 
-from compgen.core.csv_table import Row
+from compgen.core.csv_table import CsvRow
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.cells import is_number
 from compgen.core.recorded.times import time_of
@@ -28,8 +28,8 @@ class Sheet(NamedTuple):
     values: int  # how many of its cells are, less some for words
     begin: int  # the row of the first reading
     name: str  # what parts its cells, or which sheet of a workbook it is
-    rows: list[Row]
-    remarks: list[Row]
+    rows: list[CsvRow]
+    remarks: list[CsvRow]
 
 
 def kinds(cells: Sequence[str]) -> str:
@@ -92,7 +92,7 @@ def _of_workbook(source: str, data: bytes) -> list[Sheet]:
     ]
 
 
-def _sheet(name: str, lines: Sequence[Row]) -> Sheet:
+def _sheet(name: str, lines: Sequence[CsvRow]) -> Sheet:
     """Rows, and where the longest run of rows of one kind begins."""
     rows = [(line, [cell.strip() for cell in cells]) for line, cells in lines if any(map(str.strip, cells))]
     kept = [not cells[0].startswith(_REMARK) or (cells[0] == "#" and name != "blanks") for _, cells in rows]
@@ -123,7 +123,7 @@ def _by_time(sheet: Sheet) -> Sheet:
     variable, moment, value = map(head.index, trend)
     body = [row for row in sheet.rows[sheet.begin :] if not row[1][variable].startswith("$")]  # $RT_OFF$: it stopped
     names = list(dict.fromkeys(cells[variable] for _, cells in body))
-    rows: dict[str, Row] = {}
+    rows: dict[str, CsvRow] = {}
     for line, cells in body:
         row = rows.setdefault(cells[moment], (line, [cells[moment], *[""] * len(names)]))
         is_bad = "validity" in head and cells[head.index("validity")] == "0"

@@ -36,7 +36,7 @@ from compgen.fanuc.vocabulary import (
 )
 
 _ANY_LABEL = ""  # LBL[R[n]]
-State = TypeVar("State")
+FlowState = TypeVar("FlowState")
 
 
 @dataclass(eq=False, slots=True, kw_only=True)
@@ -55,8 +55,11 @@ class Node:
 
 
 def arrivals(
-    nodes: list[Node], start: State, leave: Callable[[Node, State], State], meet: Callable[[State, State], State]
-) -> list[State | None]:
+    nodes: list[Node],
+    start: FlowState,
+    leave: Callable[[Node, FlowState], FlowState],
+    meet: Callable[[FlowState, FlowState], FlowState],
+) -> list[FlowState | None]:
     """What is known where each node begins, over all ways from the first; None where no way arrives.
 
     Args:
@@ -65,7 +68,7 @@ def arrivals(
         leave: What is known behind a node, from what is known before it.
         meet: What two ways that meet both know; repeated, it must come to an end.
     """
-    arrival: dict[int, State] = {0: start}
+    arrival: dict[int, FlowState] = {0: start}
     pending = [0] if nodes else []  # the first of the text is next: what is behind it waits for all that leads there
     while pending:
         k = heappop(pending)

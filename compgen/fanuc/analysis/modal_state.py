@@ -19,7 +19,7 @@ from compgen.fanuc.vocabulary import ASSIGNED_NUMBER, CALL, MODAL_STATEMENTS, RE
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class ModalSetting:
     """A setting from its statement on, to the next of its kind."""
 
     name: str
@@ -32,7 +32,7 @@ class Setting:
 class ModalState:
     """All settings of a program, in order, and where it may not be split for their sake."""
 
-    settings: tuple[Setting, ...]
+    settings: tuple[ModalSetting, ...]
     forbidden: BoolArray  # (S,) a condition is in force after that unit that cannot be repeated
 
     def at(self, unit: int) -> tuple[list[int], list[str]]:
@@ -61,7 +61,7 @@ def read_modal_state(program: LsProgram, flow: Flow) -> ModalState:
     forbidden = np.zeros(S, dtype=bool)
     for i, (kind, name, s) in enumerate(statements):
         until, reason = _known_until(kind, name, s, flow, calls, written, frames)
-        settings.append(Setting(name, s, until, reason))
+        settings.append(ModalSetting(name, s, until, reason))
         if kind.ends_with_program:
             stop = next((unit for _, other, unit in statements[i + 1 :] if other == name), S)
             forbidden[max(until + 1, s) : stop] = True

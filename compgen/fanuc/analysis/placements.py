@@ -25,7 +25,7 @@ from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledProgr
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.analysis.flow_graph import Node, arrivals, link_nodes, read_nodes
 from compgen.fanuc.analysis.register_arithmetic import ANY, bracketed
-from compgen.fanuc.analysis.register_flow import KINDS, Numbers, RegisterFlow, State, acts, meet
+from compgen.fanuc.analysis.register_flow import KINDS, Numbers, RegisterFlow, RegisterValues, acts, meet
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of
@@ -97,7 +97,7 @@ def read_placements(
     start = _start(registers, [*flow.text.values(), *with_offset])
     nodes = read_nodes(program, flow, active, called.motionless, acts)
     states, why = _follow(flow, nodes, registers_known, start)
-    of_station: dict[int, State] = {}
+    of_station: dict[int, RegisterValues] = {}
     for node, state in zip(nodes, states, strict=True):
         if node.stations and state is not None:
             of_station |= dict.fromkeys(range(node.stations[0], node.stations[1] + 1), state)
@@ -111,7 +111,7 @@ def read_placements(
     return replace(placements, settled=settled, assumed=tuple(sorted(registers_known.assumed)))
 
 
-def _start(registers: Mapping[int, Register], texts: Iterable[str]) -> State:
+def _start(registers: Mapping[int, Register], texts: Iterable[str]) -> RegisterValues:
     """The registers when a program starts; of those in its text that are not known NaN, a number that could be given.
 
     What is computed from such numbers alone is NaN as well: known as soon as they are.
@@ -121,13 +121,15 @@ def _start(registers: Mapping[int, Register], texts: Iterable[str]) -> State:
     return {("PR", n): register for n, register in {**could, **registers}.items()}
 
 
-def _follow(flow: Flow, nodes: list[Node], registers: RegisterFlow, start: State) -> tuple[list[State | None], str]:
+def _follow(
+    flow: Flow, nodes: list[Node], registers: RegisterFlow, start: RegisterValues
+) -> tuple[list[RegisterValues | None], str]:
     """The registers with which each statement is reached, None where it is not known, and why it is not."""
     followed = link_nodes(nodes) and sum(acts(node.text or node.options) for node in nodes) <= MOST_STATEMENTS
     beside = any(BESIDE.match(text) for text in set(flow.text.values()))
     why = "the program's order is not understood" if not followed else "it runs in point logic, or no way leads there"
     why = "another program may run beside this one (RUN, MONITOR)" if beside else why
-    unknown: list[State | None] = [None] * len(nodes)
+    unknown: list[RegisterValues | None] = [None] * len(nodes)
     return arrivals(nodes, start, registers.leave, meet) if followed and not beside else unknown, why
 
 
@@ -149,11 +151,11 @@ class _Motions:
     """What motions make of what is known where they run."""
 
     flow: RegisterFlow
-    start: State  # when the program starts
+    start: RegisterValues  # when the program starts
     written: Mapping[str, set[int]]  # numbers of user frames and tools that the program writes
     with_offset: frozenset[str]  # options that add one
 
-    def placements(self, active: IntArray, state_of: Mapping[int, State], why: str) -> Placements:
+    def placements(self, active: IntArray, state_of: Mapping[int, RegisterValues], why: str) -> Placements:
         """The placements of active motions by the registers known at their stations; ``why`` others are not known."""
         options = self.flow.program.motions.options
         table: dict[Placement, int] = {PLAIN: 0}
@@ -180,7 +182,7 @@ class _Motions:
         numbers = self.written.get(kind, set())
         return sorted(n for n in used if n != NO_NUMBER and (n in numbers or ANY in numbers))
 
-    def _placement(self, motion: int, state: State) -> Placement | str:
+    def _placement(self, motion: int, state: RegisterValues) -> Placement | str:
         """The placement of a motion, or why it is not known."""
         frames: dict[str, list[tuple[int, Numbers]]] = {kind: [] for kind in KINDS}
         for kind in KINDS:
@@ -200,7 +202,7 @@ class _Motions:
             offsets.get("OFFSET"), offsets.get("TOOL_OFFSET"), tuple(frames["UFRAME"]), tuple(frames["UTOOL"])
         )
 
-    def _offsets(self, motion: int, state: State) -> dict[str, Numbers] | str:
+    def _offsets(self, motion: int, state: RegisterValues) -> dict[str, Numbers] | str:
         """The offsets of a motion, or why they are not known."""
         m = self.flow.program.motions
         parts = offsets_of(m.options[motion])
@@ -234,7 +236,7 @@ class _Motions:
         causes = "from what --registers does not give, in a loop, by a call, a macro, on ways that differ"
         return f"may have been written before it ({causes})"
 
-    def _offset_register(self, word: str, text: str, state: State) -> int | str:
+    def _offset_register(self, word: str, text: str, state: RegisterValues) -> int | str:
         """The number of the register that an offset takes, in the motion or from its CONDITION; or why it is open."""
         start = text.find("[")
         if start >= 0:

@@ -74,7 +74,7 @@ class Poses(Positions):
         return self.arm_bases.poses[np.maximum(self.arm_bases.base[rows], 0)].act(self.tcp.position[rows])
 
 
-def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placements: Placements = AS_LISTED) -> Poses:
+def program_poses(program: LsProgram, robot: Robot | None, frames: Frames, placements: Placements = AS_LISTED) -> Poses:
     """Poses and joints of all positions, as far as they can be known.
 
     Args:

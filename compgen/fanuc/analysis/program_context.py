@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from compgen.fanuc.analysis.called_programs import UNKNOWN_PROGRAMS, CalledPrograms, called_programs, with_called_motion
 from compgen.fanuc.analysis.placements import read_placements
-from compgen.fanuc.analysis.poses import Poses, read_poses
+from compgen.fanuc.analysis.poses import Poses, program_poses
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.program.driven import DrivenProgram
@@ -25,7 +25,7 @@ class ProgramContext:
 
     def poses(self, program: LsProgram, robot: Robot | None) -> Poses:
         """Those of the program's positions, as its motions place them."""
-        return read_poses(
+        return program_poses(
             program, robot, self.frames, read_placements(program, self.frames, self.registers, self.called)
         )
 

@@ -30,7 +30,7 @@ _OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Values:
+class KnownValues:
     """What is known at one place of a program.
 
     Of a frame or tool that is missing the value is that of the table, unless ``(kind, ANY)`` is there; of anything else
@@ -84,7 +84,7 @@ def element(text: str, at: int = 0) -> tuple[str, int | None, int | None, int] |
     return match[1].upper(), number, int(index[2]) - 1 if index and index[2] else None, inside[1]
 
 
-def evaluate_register(text: str, values: Values) -> Register:
+def evaluate_register(text: str, values: KnownValues) -> Register:
     """The position register that an expression makes: registers, positions and frames, added and subtracted."""
     terms: list[tuple[float, Register, str]] = []  # sign, and a name under which it is the same again
     at, sign = 0, 1.0
@@ -100,7 +100,7 @@ def evaluate_register(text: str, values: Values) -> Register:
     return UNKNOWN
 
 
-def _register_term(text: str, at: int, values: Values) -> tuple[Register, str, int] | None:
+def _register_term(text: str, at: int, values: KnownValues) -> tuple[Register, str, int] | None:
     """A term, its name, and where it ends; None where none is understood."""
     if here := _HERE.match(text, at):
         return Register(CARTESIAN if here[1].upper() == "LPOS" else JOINT), "", here.end()
@@ -125,7 +125,7 @@ def _sum(terms: Sequence[tuple[float, Register, str]]) -> Register:
     return total
 
 
-def evaluate_number(text: str, values: Values) -> float | None:
+def evaluate_number(text: str, values: KnownValues) -> float | None:
     """The number that an expression makes of constants and known registers; None where it is not known."""
     tokens, operands, at, text = list[str](), list[float](), 0, text.strip(" ;")
     while at < len(text):
@@ -145,7 +145,7 @@ def evaluate_number(text: str, values: Values) -> float | None:
         return None
 
 
-def _operand(text: str, at: int, values: Values) -> tuple[float, int] | None:
+def _operand(text: str, at: int, values: KnownValues) -> tuple[float, int] | None:
     """A constant, R[n] or PR[n,i] that is known, and where it ends."""
     if match := _NUMBER.match(text, at):
         return float(match[1]), match.end()

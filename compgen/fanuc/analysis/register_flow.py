@@ -17,7 +17,7 @@ from compgen.fanuc.analysis.register_arithmetic import (
     ANY,
     UNKNOWN,
     Key,
-    Values,
+    KnownValues,
     bracketed,
     element,
     evaluate_number,
@@ -48,7 +48,7 @@ from compgen.program.pose_table import LARGEST
 from compgen.program.registers import CARTESIAN, EITHER, JOINT, Register
 
 Numbers = tuple[float, ...]  # X Y Z [mm], W P R [deg]
-State = Mapping[Key, Register | float | None]
+RegisterValues = Mapping[Key, Register | float | None]
 KINDS = ("UFRAME", "UTOOL")
 
 
@@ -72,9 +72,9 @@ class RegisterFlow:
         self.row_of = self.program.positions.row_of()
         self.joint_form = set(np.flatnonzero(self.program.positions.joint_form).tolist())
 
-    def values(self, state: State) -> Values:
+    def values(self, state: RegisterValues) -> KnownValues:
         """A state with what the program's positions and the table of frames say."""
-        return Values(state, self.position, self.frame)
+        return KnownValues(state, self.position, self.frame)
 
     def position(self, number: int) -> Register:
         """The numbers of P[n]."""
@@ -96,19 +96,19 @@ class RegisterFlow:
         wpr = [float(angle[0] / DEG) for angle in to_wpr(pose.rotation[None])]
         return Register(CARTESIAN, (*(float(v / MM) for v in pose.position), *wpr))
 
-    def leave(self, node: Node, state: State) -> State:
+    def leave(self, node: Node, state: RegisterValues) -> RegisterValues:
         """What is known behind a node, from what is known before it."""
         if node.options:
             return self._after_options(node.options, state)
         return self._after(node.text, state) if node.text else state
 
-    def _after(self, text: str, state: State) -> State:
+    def _after(self, text: str, state: RegisterValues) -> RegisterValues:
         action = conditional_action(text)
         if action is not None:
             return state if IF_THEN.match(text) else meet(state, self._after_plain(action, state))
         return self._after_plain(text, state)
 
-    def _after_plain(self, text: str, state: State) -> State:
+    def _after_plain(self, text: str, state: RegisterValues) -> RegisterValues:
         names = [name.upper() for name in CALL.findall(text)]
         if names or (may_move_arm(text) and not (CONDITION_OF_OFFSET.match(text) or MOVERS.match(text))):
             kept = bool(names) and all(name in self.called.settled for name in names)
@@ -125,7 +125,9 @@ class RegisterFlow:
             new = {k: v for k, v in new.items() if k[0] != "R"}
         return _without_mentioned(text, new)
 
-    def _after_assignment(self, target: tuple[str, int | None, int | None, int], text: str, state: State) -> State:
+    def _after_assignment(
+        self, target: tuple[str, int | None, int | None, int], text: str, state: RegisterValues
+    ) -> RegisterValues:
         kind, number, component, end = target
         right = text[end:].lstrip()[1:]
         values, new = self.values(state), dict(state)
@@ -154,14 +156,14 @@ class RegisterFlow:
                 new[kind, number] = register if self.numbers(register, right) else None
         return new
 
-    def _may_be_joint(self, text: str, state: State) -> bool:
+    def _may_be_joint(self, text: str, state: RegisterValues) -> bool:
         """Whether an expression that is not known may be in joint form: its registers are, or the robot's joints."""
         values, named = self.values(state), POSITION_REGISTER.findall(text)
         registers = [v for k, v in state.items() if k[0] == "PR"] if "" in named else []
         registers += [values.register(int(n)) for n in named if n]
         return "JPOS" in text.upper() or any(isinstance(v, Register) and v.form == JOINT for v in registers)
 
-    def _after_condition(self, kind: str, text: str, state: State) -> State:
+    def _after_condition(self, kind: str, text: str, state: RegisterValues) -> RegisterValues:
         new = {k: v for k, v in state.items() if k[0] != kind}
         match = CONDITION_OF_OFFSET.match(text)
         inside = bracketed(text, match.end()) if match and match[2] else None
@@ -172,7 +174,7 @@ class RegisterFlow:
             new[kind, 1] = self.values(state).register(number)
         return new
 
-    def _after_options(self, options: str, state: State) -> State:
+    def _after_options(self, options: str, state: RegisterValues) -> RegisterValues:
         names = [name.upper() for name in CALL.findall(options)]
         if POINT_LOGIC.search(options) or not all(name in self.called.settled for name in names):
             return self._after_unknown_call(state)
@@ -181,12 +183,12 @@ class RegisterFlow:
         written = POSITION_REGISTER_SET.findall(options)
         return _without_mentioned(" ".join(written), state) if written else state
 
-    def _after_unknown_call(self, state: State) -> State:
+    def _after_unknown_call(self, state: RegisterValues) -> RegisterValues:
         """What is left behind a program that may write all registers, and frames that this or a called one writes."""
         kept = {k: (None if k[0] in KINDS else v) for k, v in state.items() if k[0] != "R"}
         return _without_all(kept | {(kind, ANY if n is None else n): None for kind, n in self.called.frames})
 
-    def settles(self, node: Node, state: State) -> bool:
+    def settles(self, node: Node, state: RegisterValues) -> bool:
         """Whether a statement writes frames to known values only."""
         after = self.leave(node, state)
         return all(
@@ -202,7 +204,7 @@ class RegisterFlow:
         return tuple(float(v) for v in register.values if v is not None)
 
 
-def _without_mentioned(text: str, state: State) -> State:
+def _without_mentioned(text: str, state: RegisterValues) -> RegisterValues:
     """A state without the position registers that a text names; without all where it names one found at run time."""
     named = POSITION_REGISTER.findall(text)
     if "" in named or SEARCH.search(text):
@@ -211,7 +213,7 @@ def _without_mentioned(text: str, state: State) -> State:
     return {k: _lost(v) if k in lost else v for k, v in state.items()} if lost & set(state) else state
 
 
-def _without_all(state: State, *, joint: bool = False) -> State:
+def _without_all(state: RegisterValues, *, joint: bool = False) -> RegisterValues:
     """A state that knows no position register; ``joint``: any of them may be in joint form now."""
     new = {k: _lost(v) if k[0] == "PR" else v for k, v in state.items()}
     if not joint:
@@ -224,7 +226,7 @@ def _lost(value: Register | float | None) -> Register:
     return Register(JOINT) if isinstance(value, Register) and value.form == JOINT else UNKNOWN
 
 
-def meet(a: State, b: State) -> State:
+def meet(a: RegisterValues, b: RegisterValues) -> RegisterValues:
     """What two ways that meet both know."""
     if a is b or a == b:
         return a

@@ -19,7 +19,7 @@ MARK_BACK = len(_DONE) - _DONE.index(MARK)
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class SharedFrame:
     """Frame, tool and decimals that all positions of a program share."""
 
     uframe: int
@@ -58,7 +58,9 @@ def motion_tail(line: int, first: int, last: int) -> IntArray:
     return number + digit_counts(first, last) + len(_LINEAR + _TO)
 
 
-def positions(frame: Frame, first: int, units: IntArray, configs: list[bytes], which: IntArray) -> bytes | memoryview:
+def positions(
+    frame: SharedFrame, first: int, units: IntArray, configs: list[bytes], which: IntArray
+) -> bytes | memoryview:
     """The blocks of positions from number ``first`` on, from units of the last digit, (6, N), and their CONFIGs."""
     rows = units.shape[1]
     parts: list[bytes | Column] = [
@@ -73,6 +75,6 @@ def positions(frame: Frame, first: int, units: IntArray, configs: list[bytes], w
     return join_columns(rows, [*parts, _DONE])
 
 
-def position_config(frame: Frame, first: int, last: int) -> IntArray:
+def position_config(frame: SharedFrame, first: int, last: int) -> IntArray:
     """Where CONFIG begins in each of these blocks, (last - first,)."""
     return digit_counts(first, last) + len(_OPEN + frame.head)

@@ -17,11 +17,19 @@ from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.unique_rows import hash_rows, unique_keys
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.layout import MARK, MARK_BACK, Frame, motion_tail, motions, position_config, positions
+from compgen.fanuc.canonical.layout import (
+    MARK,
+    MARK_BACK,
+    SharedFrame,
+    motion_tail,
+    motions,
+    position_config,
+    positions,
+)
 from compgen.fanuc.canonical.writer import acc_text
 from compgen.fanuc.circular import check_circles
 from compgen.fanuc.listing.listing import LsProgram, loads, statement_texts
-from compgen.fanuc.listing.templates import windows
+from compgen.fanuc.listing.templates import byte_windows
 from compgen.fanuc.motion_options import ACC_OR_NOTHING
 from compgen.fanuc.vocabulary import FRAME_NUMBER, PAYLOAD_ALONE, PERCENT
 from compgen.program.digits import fill_poses
@@ -223,7 +231,7 @@ def _motions(data: bytes, line: int, bounds: IntArray, acc: str) -> tuple[Array,
 
 def _positions(data: bytes, sample: Program, bounds: IntArray) -> tuple[Array, Array, IntArray]:
     """Positions (N, 3) [m], rotations (N, 3, 3) and turns (N, 3); row k is from edge k to the next."""
-    N, frame = len(bounds) - 1, Frame(sample.uframe, sample.utool, sample.decimals)
+    N, frame = len(bounds) - 1, SharedFrame(sample.uframe, sample.utool, sample.decimals)
     position, rotation, turns = np.empty((N, 3)), np.empty((N, 3, 3)), np.empty((N, 3), dtype=np.int64)
     posture = config_letters(sample.posture).encode()
 
@@ -233,7 +241,7 @@ def _positions(data: bytes, sample: Program, bounds: IntArray) -> tuple[Array, A
             begin = bounds[rows] + position_config(frame, at + 1, rows.stop + 1)
             behind = bounds[at + 1 : rows.stop + 1] - frame.tail
             configs, which = _unique_texts(data, begin, behind)
-            units = parse_fixed(windows(data, behind, frame.tail), frame.places, frame.decimals)
+            units = parse_fixed(byte_windows(data, behind, frame.tail), frame.places, frame.decimals)
             if not fits_fixed(units, frame.decimals):
                 raise InputError("number")
             _require_text(data, int(bounds[at]), positions(frame, at + 1, units, configs, which))
@@ -294,7 +302,7 @@ def _unique_texts(data: bytes, start: IntArray, end: IntArray) -> tuple[list[byt
     if length.min() < 8 or length.max() > _LONGEST:
         raise InputError("text")
     words = [
-        word_view(windows(data, place, 8), 0, np.uint64).copy()
+        word_view(byte_windows(data, place, 8), 0, np.uint64).copy()
         for place in (start, np.minimum(start + 8, end - 8), end - 8)
     ]
     rows, which = unique_keys(hash_rows([*words, length.view(np.uint64)]))

@@ -9,7 +9,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.unique_rows import unique_rows
-from compgen.fanuc.canonical.layout import Frame, motions, positions
+from compgen.fanuc.canonical.layout import SharedFrame, motions, positions
 from compgen.fanuc.circular import check_circles
 from compgen.program.digits import pose_units
 from compgen.program.program import REMARK_LENGTH, Program
@@ -69,7 +69,7 @@ def _parts(program: Program) -> Iterator[bytes | memoryview]:
     yield head_and_body(program.name, program.comment, program.date, body, count)
     yield from _motions(program, len(body) + 1)
     yield b"/POS\r\n"
-    frame = Frame(program.uframe, program.utool, program.decimals)
+    frame = SharedFrame(program.uframe, program.utool, program.decimals)
     yield from position_blocks(frame, Pose(program.position, program.rotation), program.posture, program.turns)
     yield b"/END\r\n"
 
@@ -120,7 +120,7 @@ def _lines_and_arcs(program: Program, line: int) -> bytes:
     return "".join(text).encode("ascii")
 
 
-def position_blocks(frame: Frame, pose: Pose, posture: Posture, turns: IntArray) -> Iterator[bytes | memoryview]:
+def position_blocks(frame: SharedFrame, pose: Pose, posture: Posture, turns: IntArray) -> Iterator[bytes | memoryview]:
     """The blocks of N positions, numbered from 1; their turns are (N, 3)."""
     rows, which = unique_rows(turns)
     configs = [f"{config_letters(posture)}, {a}, {b}, {c}".encode("ascii") for a, b, c in turns[rows].tolist()]

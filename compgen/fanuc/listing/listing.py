@@ -19,7 +19,7 @@ from compgen.fanuc.listing.languages import in_english, in_german, is_german
 from compgen.fanuc.listing.lines import end_of_line, letters, line_of
 from compgen.fanuc.listing.motions import Motions, read_motions
 from compgen.fanuc.listing.position_parser import skip_blanks
-from compgen.fanuc.listing.positions import Positions, read_positions
+from compgen.fanuc.listing.positions import ListedPositions, read_positions
 from compgen.fanuc.listing.templates import FEW_TEXTS
 from compgen.fanuc.vocabulary import CONTINUATION, GERMAN_HEAD, REMARKS
 
@@ -47,7 +47,7 @@ class LsProgram:
     remarks: tuple[str, ...]
     statements: IntArray  # (S,) physical line at which each statement of /MN begins
     motions: Motions
-    positions: Positions
+    positions: ListedPositions
     place: IntArray  # (S,) byte at which each of those lines begins
 
     @property

@@ -188,8 +188,8 @@ def _statement_starts(view: Bytes, lines: IntArray) -> IntArray:
     A guess by the first and the last characters only; the parser decides.
     """
     head, tail = (
-        templates.windows(view, lines[:-1], _ENDS_WIDTH),
-        templates.windows(view, np.maximum(lines[:-1] - _ENDS_WIDTH, 0), _ENDS_WIDTH),
+        templates.byte_windows(view, lines[:-1], _ENDS_WIDTH),
+        templates.byte_windows(view, np.maximum(lines[:-1] - _ENDS_WIDTH, 0), _ENDS_WIDTH),
     )
     blank = (head == ord(" ")) | (head == ord("\t"))
     goes_on = head[np.arange(len(head)), blank.argmin(axis=1)] == ord(":")

@@ -27,7 +27,7 @@ from compgen.fanuc.listing.templates import Matches, Template
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Positions:
+class ListedPositions:
     """G rows, one for each motion group of each position."""
 
     number: IntArray  # (G,) n of P[n]
@@ -88,7 +88,7 @@ class _BlockTemplate:
     behind: int  # bytes behind the position
 
 
-def read_positions(data: bytes, start: int, end: int, few_texts: int = templates.FEW_TEXTS) -> Positions:
+def read_positions(data: bytes, start: int, end: int, few_texts: int = templates.FEW_TEXTS) -> ListedPositions:
     """The positions in /POS.
 
     Raises:
@@ -181,7 +181,7 @@ def _table(
     bounds: IntArray,
     groups: list[tuple[_BlockTemplate, Matches]],
     blocks: list[Block],
-) -> Positions:
+) -> ListedPositions:
     """Columns of all positions in the order they stand."""
     parts = [
         (bounds[f.which], len(p.block.groups), p.ends, f.value[:, 0], bounds[f.which + 1] - p.behind) for p, f in groups
@@ -210,10 +210,10 @@ def _table(
     return replace(table, name=tuple(names), config=tuple(configs))
 
 
-def _blank(number: IntArray, line: IntArray, block: IntArray) -> Positions:
+def _blank(number: IntArray, line: IntArray, block: IntArray) -> ListedPositions:
     """Rows of groups of which nothing is known yet but where they stand: their position's number, line and span."""
     rows = len(number)
-    return Positions(
+    return ListedPositions(
         number=number,
         group=np.zeros(rows, dtype=np.int64),
         line=line,
@@ -231,7 +231,7 @@ def _blank(number: IntArray, line: IntArray, block: IntArray) -> Positions:
 
 def _fill_matched(
     view: Bytes,
-    table: Positions,
+    table: ListedPositions,
     names: list[str],
     configs: list[str | None],
     template: _BlockTemplate,
@@ -267,7 +267,7 @@ def _put(column: list[Any], rows: IntArray, texts: Sequence[str]) -> None:
         column[row] = text
 
 
-def _fill_parsed(table: Positions, names: list[str], configs: list[str | None], block: Block, row: int) -> None:
+def _fill_parsed(table: ListedPositions, names: list[str], configs: list[str | None], block: Block, row: int) -> None:
     """Rows of one position."""
     for i, group in enumerate(block.groups, row):
         names[i], configs[i] = block.name, group.config

@@ -128,7 +128,7 @@ def _match_rows(data: Bytes, bounds: IntArray, which: IntArray, template: Templa
     value = np.full((len(which), len(template.kinds)), np.nan)
     for field, literal in enumerate(template.literals):
         if literal:
-            same = windows(data, at, len(literal)) == np.frombuffer(literal, dtype=np.uint8)
+            same = byte_windows(data, at, len(literal)) == np.frombuffer(literal, dtype=np.uint8)
             if not same.all():
                 keep = same.all(axis=1)
                 at, which, span, value = at[keep], which[keep], span[keep], value[keep]
@@ -136,10 +136,10 @@ def _match_rows(data: Bytes, bounds: IntArray, which: IntArray, template: Templa
         if field < len(template.kinds) and len(at):
             kind = template.kinds[field]
             if kind == TEXT:
-                length, keep = _match_text(windows(data, at, _WIDTH[kind]), template.literals[field + 1][0])
+                length, keep = _match_text(byte_windows(data, at, _WIDTH[kind]), template.literals[field + 1][0])
                 blanks, number = np.zeros_like(length), np.full(len(at), np.nan)
             else:
-                blanks, length, number, keep = _match_number(windows(data, at, _WIDTH[kind]), kind)
+                blanks, length, number, keep = _match_number(byte_windows(data, at, _WIDTH[kind]), kind)
             span[:, field, 0], span[:, field, 1], value[:, field] = at + blanks, at + length, number
             at = at + length
             if not keep.all():
@@ -201,7 +201,7 @@ def decode_texts(data: Bytes, span: IntArray) -> list[str]:
     for first in range(0, len(span), _ROWS):
         rows = slice(first, first + _ROWS)
         width = int((end[rows] - start[rows]).max()) + 1
-        window = windows(data, start[rows], width).copy()
+        window = byte_windows(data, start[rows], width).copy()
         column = np.arange(width)
         length = (end[rows] - start[rows])[:, None]
         window[column > length] = 0
@@ -213,7 +213,7 @@ def decode_texts(data: Bytes, span: IntArray) -> list[str]:
     return parts
 
 
-def windows(data: bytes | Bytes, at: IntArray, width: int) -> Bytes:
+def byte_windows(data: bytes | Bytes, at: IntArray, width: int) -> Bytes:
     """The bytes from places on, (N, width); a view when the places are evenly spaced.
 
     Near the end of the data the row of a text that ends before is wrong.

@@ -19,7 +19,7 @@ from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.listing.positions import Positions, position_rows
+from compgen.fanuc.listing.positions import ListedPositions, position_rows
 from compgen.fanuc.listing.templates import find_places
 from compgen.fanuc.motion_options import ACC_OR_NOTHING, ends_elsewhere
 from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE
@@ -41,7 +41,7 @@ class ExecutedMotion:
     frames: tuple[tuple[str, str], ...]  # UFRAME_NUM and UTOOL_NUM as last set
 
 
-def called_programs(main: bytes) -> tuple[str, ...]:
+def called_pages(main: bytes) -> tuple[str, ...]:
     """The programs that a main program calls, in order.
 
     Raises:
@@ -131,7 +131,7 @@ def check_join(program: LsProgram, main: bytes, pages: Mapping[str, bytes]) -> i
     whole = motion_sequence(program)
     N = len(whole.first) - 1
     compared, frames = 0, dict[str, str]()
-    for k, name in enumerate(called_programs(main)):
+    for k, name in enumerate(called_pages(main)):
         if name not in pages:
             raise JoinError(f"page {name}: the main program calls it, but it is not there")
         page = motion_sequence(loads(pages[name]), frames)
@@ -182,7 +182,7 @@ def _is_entry(motion: ExecutedMotion, before: ExecutedMotion) -> bool:
 
 def _target_spans(program: LsProgram, number: IntArray) -> IntArray:
     """Where positions stand in the file, without their numbers; zero for one that is not there, (T, 2)."""
-    p: Positions = program.positions
+    p: ListedPositions = program.positions
     span = np.zeros((len(number), 2), dtype=np.int64)
     if not len(p.number) or not len(number):
         return span
@@ -224,7 +224,7 @@ def read_pages(main: bytes, pages: Mapping[str, bytes]) -> list[Program]:
         JoinError: A page is missing, or is another program.
         InputError: A page is not of the canonical form that ``interpret`` reads.
     """
-    order = called_programs(main)
+    order = called_pages(main)
     if not order:
         raise JoinError("main program: it calls no page")
     for name in order:
@@ -258,6 +258,6 @@ def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict
             )
     main = files[record["main"]["file"]]
     order = tuple(page["name"] for page in sorted(record["pages"], key=lambda page: page["order"]))
-    if (called := called_programs(main)) != order:
+    if (called := called_pages(main)) != order:
         raise JoinError(f"{record['main']['file']}: it calls {', '.join(called)}; the manifest says {order}")
     return main, {page["name"]: files[page["file"]] for page in record["pages"]}

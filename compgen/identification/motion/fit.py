@@ -76,7 +76,7 @@ class KindFit:
     @property
     def motion(self) -> ControllerMotion:
         """The controller."""
-        return motion_of(self.kind, self.numbers)
+        return motion_named(self.kind, self.numbers)
 
     @property
     def rms(self) -> float:
@@ -84,7 +84,7 @@ class KindFit:
         return float(np.sqrt(np.mean(self.held_out) / 2))
 
 
-def motion_of(kind: Kind, numbers: Array) -> ControllerMotion:
+def motion_named(kind: Kind, numbers: Array) -> ControllerMotion:
     """The controller of a kind that numbers name."""
     times = times_of(kind, numbers)
     if kind.filters == "means":
@@ -137,14 +137,14 @@ def fit_kind(
         costs = [_cost(kind, residuals, fitted, x) for x in starts]
         solved = [_solve(kind, residuals, fitted, starts[k]) for k in np.argsort(costs)[:tried].tolist()]
         numbers = min(solved, key=partial(_cost, kind, residuals, fitted))
-    left = residuals(motion_of(kind, numbers))
+    left = residuals(motion_named(kind, numbers))
     squares = (left**2).sum(axis=1)[~fitted]
     _, which = np.unique(block[~fitted], return_inverse=True)
     return KindFit(kind, numbers, np.bincount(which, squares) / np.maximum(np.bincount(which), 1))
 
 
 def _cost(kind: Kind, residuals: Residuals, fitted: BoolArray, numbers: Array) -> float:
-    return float((residuals(motion_of(kind, numbers))[fitted] ** 2).sum())
+    return float((residuals(motion_named(kind, numbers))[fitted] ** 2).sum())
 
 
 def _solve(kind: Kind, residuals: Residuals, fitted: BoolArray, start: Array) -> Array:
@@ -152,7 +152,7 @@ def _solve(kind: Kind, residuals: Residuals, fitted: BoolArray, start: Array) ->
     longest = LONGEST[kind.filters]
 
     def function(x: Array) -> Array:
-        return residuals(motion_of(kind, _scaled(x, longest)))[fitted].ravel() / UM
+        return residuals(motion_named(kind, _scaled(x, longest)))[fitted].ravel() / UM
 
     x = np.array([np.sqrt(start[0]) / longest, *start[1:]])
     solved = least_squares(function, x, bounds=(0.0, 1 + 1e-9), diff_step=STEP, xtol=1e-6, ftol=1e-9)
@@ -175,7 +175,7 @@ def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
         step[k] = STEP * max(float(fit.numbers[k]), 0.05 if k else 1e-5)
         if k and fit.numbers[k] + step[k] > 1:
             step[k] = -step[k]
-        slopes.append((residuals(motion_of(fit.kind, fit.numbers + step)) - base).ravel() / step[k])
+        slopes.append((residuals(motion_named(fit.kind, fit.numbers + step)) - base).ravel() / step[k])
     A = np.column_stack(slopes)
     scale = np.sqrt((A**2).sum(axis=0))
     scale = np.where(scale > 0, scale, 1.0)

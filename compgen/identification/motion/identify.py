@@ -28,7 +28,7 @@ from compgen.identification.motion.fit import (
     covariance,
     draws,
     fit_kind,
-    motion_of,
+    motion_named,
     times_of,
     variance_of,
 )
@@ -246,7 +246,7 @@ def _in_whole_periods(fit: KindFit, intervals: Array, function: Residuals, perio
     near = (period * np.array([np.floor(time / period), np.ceil(time / period)]) for time in fit.motion.moving_averages)
     pairs = [np.array(pair) ** 2 for pair in product(*near)]
     tried = [np.array([sum(pair), (np.diff(pair)[0] / sum(pair)) ** 2]) for pair in pairs]
-    left = [rms(function(motion_of(FIRST, numbers))) for numbers in (fit.numbers, *tried)]
+    left = [rms(function(motion_named(FIRST, numbers))) for numbers in (fit.numbers, *tried)]
     best = int(np.argmin(left[1:]))
     if left[best + 1] ** 2 > (1 + SAME) * left[0] ** 2 + SAMPLED**2:
         return fit, intervals

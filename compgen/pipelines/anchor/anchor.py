@@ -17,12 +17,12 @@ from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_findings
 from compgen.core.toml import toml_value
 from compgen.core.units import HOUR, MINUTE
-from compgen.error_model.anchored_state import AnchoredState, Verdict
+from compgen.error_model.anchored_state import AnchoredState, AnchorVerdict
 from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.identification.touches import Artefact, Touches, read_artefact, read_touches
 from compgen.job.anchored_start import made_from_robot
 from compgen.job.job import Job
-from compgen.job.start_window import PromptMotion, windows
+from compgen.job.start_window import PromptMotion, longest_waits
 from compgen.pipelines.anchor.estimate import (
     Compared,
     Estimate,
@@ -40,7 +40,7 @@ from compgen.pipelines.anchor.hypotheses import (
     AS_FORECAST,
     KNOCKED,
     Hypothesis,
-    Judged,
+    Weighed,
     left_out,
     weigh,
 )
@@ -50,10 +50,10 @@ from compgen.pipelines.anchor.verdict import (
     APART,
     RIVAL,
     Moved,
+    anchor_verdict,
     refuse_other_hour,
     refuse_taught,
     refuse_unidentified,
-    verdict_of,
 )
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.measure.fitted_law import rise_reference
@@ -94,7 +94,7 @@ def anchor(
     moved = _moved(artefact, best.hypothesis, chosen, beside)
     rival = _rival(judged, beside, chosen)
     sizes = rms(chosen.before), rms(chosen.after), rms(np.linalg.norm(chosen.correction, axis=1))
-    verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival, float(np.median(seen.sigma)))
+    verdict, reason = anchor_verdict(best, len(innovation.y), sizes, error, moved, rival, float(np.median(seen.sigma)))
     refuse_unidentified(forecast.cell, artefact, touches, best, innovation)
     state = _state(beside, chosen, verdict, as_forecast, made_from or {})
     anchored = Anchored(
@@ -141,7 +141,7 @@ def _moved(artefact: Artefact, h: Hypothesis, chosen: Estimate, beside: Compared
     return tuple(moved)
 
 
-def _rival(judged: list[Judged], beside: Compared, chosen: Estimate) -> tuple[Hypothesis, float] | None:
+def _rival(judged: list[Weighed], beside: Compared, chosen: Estimate) -> tuple[Hypothesis, float] | None:
     """Another cause that may hold as well, and by how much its path differs [m]; None where that does not matter."""
     best = judged[0]
     for other in judged[1:]:
@@ -157,7 +157,7 @@ def _rival(judged: list[Judged], beside: Compared, chosen: Estimate) -> tuple[Hy
 
 
 def _state(
-    beside: Compared, chosen: Estimate, verdict: Verdict, as_forecast: Judged, made_from: Mapping[str, str]
+    beside: Compared, chosen: Estimate, verdict: AnchorVerdict, as_forecast: Weighed, made_from: Mapping[str, str]
 ) -> AnchoredState:
     """The state to be written: with *leave it* the forecast's own."""
     forecast, unknowns, K = beside.forecast, beside.unknowns, beside.nodes
@@ -209,7 +209,7 @@ def _window(job: Job, forecast: Forecast, path: PathPlaces) -> float:
     model = cell.error_model(job.tool.pose)
     rise = np.broadcast_to(forecast.rise, (len(path.theta), len(forecast.rise)))
     course = PromptMotion(path.time, path.theta, rise, NO_DIRECTION)
-    window = float(windows(begun, model, course, np.zeros(1, dtype=np.int64), forecast.state[None])[0])
+    window = float(longest_waits(begun, model, course, np.zeros(1, dtype=np.int64), forecast.state[None])[0])
     return round(min(max(window, SHORTEST), LONGEST))
 
 

@@ -31,7 +31,7 @@ from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.motion_plan import COARSE
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
-from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, Prior
+from compgen.pipelines.anchor.hypotheses import Hypothesis, Innovation, TouchPrior
 from compgen.pipelines.anchor.touching import Touched, innovation_of, thermal_shift, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of, with_open_world
 from compgen.planning import toolpath
@@ -116,7 +116,7 @@ class Compared:
     columns: PathColumns
 
     @property
-    def prior(self) -> Prior:
+    def prior(self) -> TouchPrior:
         """Of the unknowns."""
         return self.unknowns.prior
 
@@ -166,7 +166,7 @@ class TaughtPlaces:
     rise: Array  # (K,) [K]
 
 
-def columns_along(
+def path_columns(
     job: Job, forecast: Forecast, unknowns: Unknowns, path: PathPlaces, taught: TaughtPlaces | None
 ) -> tuple[Array, Array]:
     """G (M, 3, X) and N (M, 3, Q) along a path, on which rises fade with the lag of each node.
@@ -189,7 +189,7 @@ def _path_columns(
     job: Job, forecast: Forecast, unknowns: Unknowns, seen: Touched, innovation: Innovation, path: PathPlaces
 ) -> PathColumns:
     taught = None if seen.taught is None else TaughtPlaces(seen.touches.theta, seen.probe, seen.taught)
-    G, N = columns_along(job, forecast, unknowns, path, taught)
+    G, N = path_columns(job, forecast, unknowns, path, taught)
     kappa, K, noise = forecast.cell.missing, len(forecast.rise), forecast.cell.fit.noise
     warm = kappa * thermal_shift(forecast, path.theta, job.tool.pose)[1]
     alike = field_correlation(path.position, seen.actual)[:, innovation.touch]

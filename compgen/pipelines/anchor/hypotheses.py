@@ -62,7 +62,7 @@ BETTER = Hypothesis(day=0.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Prior:
+class TouchPrior:
     """What is known of x, (X, X) each, and of the rest."""
 
     forecast: Array  # as the files say
@@ -107,7 +107,7 @@ class Innovation:
             sigma=self.sigma[keep],
         )
 
-    def covariance(self, prior: Prior, h: Hypothesis) -> Array:
+    def covariance(self, prior: TouchPrior, h: Hypothesis) -> Array:
         """V_h, (R, R)."""
         place = self.place.copy()
         if h.target >= 0:
@@ -123,7 +123,7 @@ class Innovation:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Judged:
+class Weighed:
     """A hypothesis and how well the touches speak for it."""
 
     hypothesis: Hypothesis
@@ -131,7 +131,7 @@ class Judged:
     chi2: float  # y^T V^-1 y, of R
 
 
-def weigh(innovation: Innovation, prior: Prior) -> list[Judged]:
+def weigh(innovation: Innovation, prior: TouchPrior) -> list[Weighed]:
     """All hypotheses, the best first."""
     judged = []
     noises = list(NOISES) if prior.day.any() else [1.0]  # else it may be warmth, of which nothing is known
@@ -139,7 +139,7 @@ def weigh(innovation: Innovation, prior: Prior) -> list[Judged]:
         factor = cho_factor(innovation.covariance(prior, h), lower=True)
         chi2 = float(innovation.y @ cho_solve(factor, innovation.y))
         evidence = -chi2 / 2 - float(np.log(np.diag(factor[0])).sum()) + h.odds
-        judged.append(Judged(h, evidence, chi2))
+        judged.append(Weighed(h, evidence, chi2))
     return sorted(judged, key=lambda j: -j.evidence)
 
 

@@ -9,11 +9,11 @@ from compgen.core.arrays import rms
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
-from compgen.error_model.anchored_state import AnchoredState, Verdict
+from compgen.error_model.anchored_state import AnchoredState, AnchorVerdict
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.identification.touches import Artefact
 from compgen.pipelines.anchor.estimate import Compared, Estimate, NextTouch
-from compgen.pipelines.anchor.hypotheses import Judged, LeftOut
+from compgen.pipelines.anchor.hypotheses import LeftOut, Weighed
 from compgen.pipelines.anchor.touching import THROUGH
 from compgen.pipelines.anchor.verdict import Moved, probability
 
@@ -28,8 +28,8 @@ class Anchored(Compared):
     artefact: Artefact
     state: AnchoredState
     reason: str
-    judged: tuple[Judged, ...]  # the best first
-    as_forecast: Judged
+    judged: tuple[Weighed, ...]  # the best first
+    as_forecast: Weighed
     chosen: Estimate
     left: LeftOut
     moved: tuple[Moved, ...]
@@ -37,7 +37,7 @@ class Anchored(Compared):
     findings: tuple[Finding, ...]
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> AnchorVerdict:
         """What to do with the state."""
         return self.state.verdict
 

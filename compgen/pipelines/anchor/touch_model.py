@@ -26,7 +26,7 @@ from compgen.identification.touch_candidates import Probe, Targets, Ways
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Job
 from compgen.job.part_frame import PartFrame
-from compgen.pipelines.anchor.estimate import PathPlaces, TaughtPlaces, columns_along, compare, estimate
+from compgen.pipelines.anchor.estimate import PathPlaces, TaughtPlaces, compare, estimate, path_columns
 from compgen.pipelines.anchor.forecast import Forecast, forecast_now
 from compgen.pipelines.anchor.hypotheses import AS_FORECAST
 from compgen.pipelines.anchor.touching import ALIKE, reached, taught_rises, thermal_shift
@@ -81,7 +81,7 @@ def touch_model(
     taught = None if artefact.taught is None else taught_rises(artefact, job.cell.heat.names)
     H, N, D = unknowns.columns_of_touches(forecast, theta, probe.centre, rise, motion, taught)
     in_frame = None if taught is None else TaughtPlaces(theta, probe.centre, taught)
-    G, N_path = columns_along(job, forecast, unknowns, path, in_frame)
+    G, N_path = path_columns(job, forecast, unknowns, path, in_frame)
     if taught is None and job.cell.posterior is not None:
         unknowns = with_open_world(unknowns, N_path, path.position)
     shared = forecast.cell.fit.noise if taught is None else 0.0

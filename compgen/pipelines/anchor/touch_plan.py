@@ -17,7 +17,7 @@ from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, MM, UM
-from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.poses import program_poses
 from compgen.fanuc.listing.listing import loads
 from compgen.fanuc.measuring_programs import touch_program
 from compgen.identification.choice_by_exchange import TouchPlan, plan_touches
@@ -234,7 +234,7 @@ def prove_touches(planned: PlannedTouches, text: bytes, utool: int, stages: list
     robot, ways = planned.job.robot, planned.ways
     probe = Pose(planned.artefact.probe, np.eye(3))
     frames = Frames({0: IDENTITY, planned.uframe: planned.frame}, {0: IDENTITY, utool: probe})
-    poses = read_poses(loads(text), robot, frames)
+    poses = program_poses(loads(text), robot, frames)
     theta, position = ways.theta[:, stages].reshape(-1, 6), ways.position[:, stages].reshape(-1, 3)
     step, _ = resolution(robot.controller.decimals)
     same = np.linalg.norm(poses.tcp.position - position, axis=1) <= 2 * step

@@ -21,7 +21,7 @@ from compgen.core.rotations import cross_matrix
 from compgen.core.units import MDEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.parameter_slopes import SourceParameters, build_slopes
-from compgen.error_model.posterior import numbers_of
+from compgen.error_model.posterior import known_numbers
 from compgen.error_model.rigid_share import rigid_share
 from compgen.error_model.source import Expanding
 from compgen.error_model.uncertain_sources import Quantity
@@ -29,7 +29,7 @@ from compgen.job.anchored_start import base_rows, drifting_row, drifting_rows
 from compgen.job.job import Cell, Job
 from compgen.job.uncertainty import quantities_of_cell
 from compgen.pipelines.anchor.forecast import Forecast
-from compgen.pipelines.anchor.hypotheses import Prior
+from compgen.pipelines.anchor.hypotheses import TouchPrior
 
 BASE_SHIFT = 10 * UM  # standard deviation from day to day where the robot file says none [assumed]
 MOVED_SHIFT, MOVED_TURN = 1 * MM, 50 * MDEG  # of a base that was hit [assumed]
@@ -48,7 +48,7 @@ class Unknowns:
     unit: Array  # (D,) [SI] of what their names say
     others: tuple[Quantity, ...]
     other_rise: Array  # (Q, K) [K] that one unit of each adds
-    prior: Prior
+    prior: TouchPrior
 
     def columns(
         self,
@@ -153,7 +153,7 @@ def _unmeasured_growth(cell: Cell, parameters: SourceParameters) -> set[int]:
 def _named(cell: Cell, parameters: SourceParameters, grown: set[int]) -> dict[str, tuple[int, float]]:
     """Row and unit of each number that a state names: what grows, then what drifts."""
     places = {_place(parameters, n) for n in grown}
-    of_place = {(p.table, p.field, p.index): name for name, (p, _) in numbers_of(cell.known).items()}
+    of_place = {(p.table, p.field, p.index): name for name, (p, _) in known_numbers(cell.known).items()}
     growing = [name for place, name in of_place.items() if place in places and name not in cell.drifting.numbers]
     where = f"{cell.robot_file}: anchor.drifting"
     return {name: drifting_row(cell, parameters, name, where) for name in (*growing, *cell.drifting.numbers)}
@@ -167,7 +167,7 @@ def _prior(
     rows: Sequence[int],
     base: Array,
     middle: Array,
-) -> Prior:
+) -> TouchPrior:
     """What is known of x beforehand, and by how much more a day that went otherwise, or a base that was hit, moves it.
 
     Args:
@@ -202,7 +202,7 @@ def _prior(
         P[of_base] += base
     shifted[of_base] = _about(middle, _diagonal(MOVED_SHIFT, 0.0))
     turned[of_base] = _about(middle, _diagonal(MOVED_SHIFT, MOVED_TURN))
-    return Prior(P, warm + OTHER_DAY**2 * np.outer(rise, rise), shifted, turned)
+    return TouchPrior(P, warm + OTHER_DAY**2 * np.outer(rise, rise), shifted, turned)
 
 
 def _place(parameters: SourceParameters, n: int) -> tuple[str, str, tuple[int, ...]]:

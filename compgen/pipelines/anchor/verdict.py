@@ -21,11 +21,11 @@ from compgen.core.arrays import Array, interpolated, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import MINUTE, MM, UM
-from compgen.error_model.anchored_state import Verdict
+from compgen.error_model.anchored_state import AnchorVerdict
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Cell
 from compgen.pipelines.anchor.forecast import Forecast
-from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Hypothesis, Innovation, Judged, Prior, weigh
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Hypothesis, Innovation, TouchPrior, Weighed, weigh
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns
 
@@ -68,15 +68,15 @@ def probability(chi2: float, freedom: int) -> float:
     return float(chdtrc(freedom, chi2))
 
 
-def verdict_of(
-    best: Judged,
+def anchor_verdict(
+    best: Weighed,
     coordinates: int,
     rms: tuple[float, float, float],
     forecast_error: Array,
     moved: Sequence[Moved],
     rival: tuple[Hypothesis, float] | None,
     noise: float,
-) -> tuple[Verdict, str]:
+) -> tuple[AnchorVerdict, str]:
     """The verdict, and why.
 
     Args:
@@ -110,10 +110,10 @@ def verdict_of(
         return "leave it", "the touches see nothing wrong with the forecast, and know too little to make it better"
     if best.hypothesis.day == 0:
         return "leave it", f"the forecast predicts the touches to {without / UM:.0f} um, as well as they can tell"
-    return "anchored", known_words(before, after)
+    return "anchored", path_known_words(before, after)
 
 
-def known_words(before: float, after: float, *, base_moved: bool = False) -> str:
+def path_known_words(before: float, after: float, *, base_moved: bool = False) -> str:
     """How well the path is known without the touches and with them, rms [m], in words.
 
     Where the base has moved, what was known before counts a base that may be anywhere, and is left out.
@@ -133,7 +133,7 @@ def _words(h: Hypothesis) -> str:
 
 
 def refuse_taught(
-    artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecast, unknowns: Unknowns, best: Judged
+    artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecast, unknowns: Unknowns, best: Weighed
 ) -> None:
     """Raises InputError where the touches say that the robot itself taught the places, and the artefact does not."""
     if best.hypothesis == AS_FORECAST or artefact.taught is not None:
@@ -148,7 +148,9 @@ def refuse_taught(
         )
 
 
-def refuse_other_hour(forecast: Forecast, touches: Touches, innovation: Innovation, prior: Prior, best: Judged) -> None:
+def refuse_other_hour(
+    forecast: Forecast, touches: Touches, innovation: Innovation, prior: TouchPrior, best: Weighed
+) -> None:
     """Raises InputError where the touches fit the log at another hour, and not at theirs."""
     if best.hypothesis == AS_FORECAST or forecast.course is None or not touches.timed:
         return
@@ -171,7 +173,9 @@ def refuse_other_hour(forecast: Forecast, touches: Touches, innovation: Innovati
             )
 
 
-def refuse_unidentified(cell: Cell, artefact: Artefact, touches: Touches, best: Judged, innovation: Innovation) -> None:
+def refuse_unidentified(
+    cell: Cell, artefact: Artefact, touches: Touches, best: Weighed, innovation: Innovation
+) -> None:
     """Raises InputError where nothing explains touches of an arm that nobody identified."""
     is_known = cell.posterior is not None or cell.held_out is not None or any(k.sigma for k in cell.known)
     h = best.hypothesis

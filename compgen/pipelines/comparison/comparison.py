@@ -164,7 +164,7 @@ def compare(first: str, second: str) -> Comparison:
         raise InputError(f"{first} and {second}: both are {a.file}; give two outputs")
     if a.kind != b.kind:
         raise InputError(f"{first} is of cgen {a.kind}, {second} of cgen {b.kind}: not of one kind; give two of one")
-    inputs, of_a, of_b = _changed_inputs(a, b), numbers.numbers_of(a), numbers.numbers_of(b)
+    inputs, of_a, of_b = _changed_inputs(a, b), numbers.report_numbers(a), numbers.report_numbers(b)
     return Comparison(
         a=a,
         b=b,

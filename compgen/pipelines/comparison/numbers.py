@@ -35,7 +35,7 @@ TABLES = {
 
 
 @dataclass(frozen=True, slots=True)
-class Numbers:
+class ReportNumbers:
     """The numbers of a report."""
 
     error: Values  # its sizes, the verdict and the band
@@ -43,7 +43,7 @@ class Numbers:
     program: Values  # what is loaded, or how many scenarios and runs there are
 
 
-def numbers_of(output: Output) -> Numbers:
+def report_numbers(output: Output) -> ReportNumbers:
     """The numbers of an output."""
     with naming_damage(output):
         return _BY_KIND[output.kind](output.record)
@@ -54,7 +54,7 @@ def final_error(output: Output) -> float | None:
 
     Of a study the worst scenario's, of a day what one corrected file leaves in its worst run.
     """
-    errors = numbers_of(output).error
+    errors = report_numbers(output).error
     with naming_damage(output):
         keys = _FINAL.get(output.kind, (*_ON_PART, *_WHOLE))
         return next((number(errors[key]) for key in keys if errors.get(key) is not None), None)
@@ -69,7 +69,7 @@ def findings_of(output: Output) -> list[tuple[str, str, str]]:
         ]
 
 
-def _of_job(record: Mapping[str, Any]) -> Numbers:
+def _of_job(record: Mapping[str, Any]) -> ReportNumbers:
     error: Values = {"verdict": record["verdict"]}
     nothing = {"before": None, "after": None}  # of a report from before it had these
     for prefix, sides in (("on_part.", record.get("on_part", nothing)), ("", record)):
@@ -82,10 +82,10 @@ def _of_job(record: Mapping[str, Any]) -> Numbers:
     if (written := record.get("program")) is not None:
         program |= {f"program.{key}": written[key] for key in ("positions", "arcs", "bytes")}
         program["program.pages"] = len(written["pages"])
-    return Numbers(error | {"band.p95_um": _half_width(record["band"])}, timing | window, program)
+    return ReportNumbers(error | {"band.p95_um": _half_width(record["band"])}, timing | window, program)
 
 
-def _of_correction(record: Mapping[str, Any]) -> Numbers:
+def _of_correction(record: Mapping[str, Any]) -> ReportNumbers:
     error: Values = {"verdict": record["verdict"]}
     for side in ("before", "after"):
         for kind, unit in (("total", "um"), ("turn", "mdeg")):
@@ -93,25 +93,27 @@ def _of_correction(record: Mapping[str, Any]) -> Numbers:
                 error |= _sizes(side, kind, unit, record[side])
     program = {f"positions.{key}": record["positions"][key] for key in ("corrected", "new", "unchanged")}
     band = {"band.p95_um": _half_width(record["band"])}
-    return Numbers(error | band, {"duration_s": number(record["duration_s"])}, program)
+    return ReportNumbers(error | band, {"duration_s": number(record["duration_s"])}, program)
 
 
-def _of_study(record: Mapping[str, Any]) -> Numbers:
+def _of_study(record: Mapping[str, Any]) -> ReportNumbers:
     rows = record["scenarios"]
     done = [row for row in rows if row["state"] == "done"]
     error = _extremes(done, ("before_on_part_max_um", "after_on_part_max_um", "band_um"))
     inside = [row["inside"] for row in done if "inside" in row]
     error |= {"outside": inside.count(False)} if inside else {}
-    return Numbers(error, _extremes(done, ("duration_s",)), {"scenarios": len(rows), "failed": len(rows) - len(done)})
+    return ReportNumbers(
+        error, _extremes(done, ("duration_s",)), {"scenarios": len(rows), "failed": len(rows) - len(done)}
+    )
 
 
-def _of_day(record: Mapping[str, Any]) -> Numbers:
+def _of_day(record: Mapping[str, Any]) -> ReportNumbers:
     error: Values = {f"runs.{key}": number(record["runs"][key]) for key in ("error_max_um", "residual_max_um")}
     error |= {f"band.{name}.p95_um": _half_width(band) for name, band in record["band"].items()}
     for when in ("start", "end"):
         error |= {f"rise_K.{when}.{node}": number(rise) for node, rise in record["rise_K"][when].items()}
     time = {key: number(record[key]) for key in ("start_s", "duration_s")}
-    return Numbers(error, time, {"runs.count": record["runs"]["count"]})
+    return ReportNumbers(error, time, {"runs.count": record["runs"]["count"]})
 
 
 def _sizes(side: str, kind: str, unit: str, extents: Mapping[str, Any]) -> Values:
@@ -135,7 +137,7 @@ def _extremes(rows: list[Mapping[str, Any]], columns: tuple[str, ...]) -> Values
     return extremes
 
 
-_BY_KIND: Mapping[str, Callable[[Mapping[str, Any]], Numbers]] = {
+_BY_KIND: Mapping[str, Callable[[Mapping[str, Any]], ReportNumbers]] = {
     Command.GENERATE: _of_job,
     Command.PREDICT: _of_job,
     Command.CORRECT: _of_correction,

@@ -19,7 +19,7 @@ from compgen.core.commands import Command
 from compgen.core.rotations import interpolate_rotation, relative_rotation
 from compgen.core.units import DEG, MM
 from compgen.pipelines.comparison.outputs import Output, naming_damage
-from compgen.pipelines.comparison.texts import Commanded, commanded_positions, distance_to_path, drawn
+from compgen.pipelines.comparison.texts import TextPositions, commanded_positions, distance_to_path, drawn
 
 SAME_POINT = 1e-7  # [m] two planned points of one place
 SAME_PATH = 1e-4  # [m] two planned paths that are one but for where their points are: above a chord, below a move
@@ -74,7 +74,7 @@ def movement(a: Output, b: Output) -> Movement | str:
     return _of_jobs((a, b), (one, other), (first, second))
 
 
-def _of_corrections(a: Output, b: Output, one: Commanded, other: Commanded) -> Movement | str:
+def _of_corrections(a: Output, b: Output, one: TextPositions, other: TextPositions) -> Movement | str:
     with naming_damage(a):
         planned = a.record["provenance"]["planned_sha256"]
     with naming_damage(b):
@@ -84,7 +84,7 @@ def _of_corrections(a: Output, b: Output, one: Commanded, other: Commanded) -> M
 
 
 def _of_jobs(
-    outputs: tuple[Output, Output], texts: tuple[Commanded, Commanded], planned: tuple[Array, Array]
+    outputs: tuple[Output, Output], texts: tuple[TextPositions, TextPositions], planned: tuple[Array, Array]
 ) -> Movement | str:
     for output, text, points in zip(outputs, texts, planned, strict=True):
         if len(text.number) != len(points):
@@ -110,7 +110,7 @@ def _decimals(output: Output) -> int:
         return int(inputs["robot"]["controller"]["decimals"]) if inputs else DECIMALS
 
 
-def _by_number(one: Commanded, other: Commanded) -> Movement | str:
+def _by_number(one: TextPositions, other: TextPositions) -> Movement | str:
     """At all positions that both programs have; joint angles are none."""
     number, i, j = np.intersect1d(one.number, other.number, return_indices=True)
     distance = row_norms(other.position[j] - one.position[i])
@@ -129,7 +129,7 @@ def _by_number(one: Commanded, other: Commanded) -> Movement | str:
     )
 
 
-def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array]) -> Movement | None:
+def _by_length(texts: tuple[TextPositions, TextPositions], planned: tuple[Array, Array]) -> Movement | None:
     """At the planned points of A, on the path that both follow; None where they follow two."""
     length = [lengths_along(points) for points in planned]
     if not (length[0][-1] and length[1][-1]):
@@ -147,7 +147,7 @@ def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array])
     return Movement(matched="length", number=texts[0].number, distance=row_norms(moved), angle=angle)
 
 
-def _by_nearest(one: Commanded, other: Commanded) -> Movement:
+def _by_nearest(one: TextPositions, other: TextPositions) -> Movement:
     """From each position to the nearest place on the other's path."""
     there = distance_to_path(one.position, drawn(other))
     return Movement(
@@ -159,7 +159,7 @@ def _by_nearest(one: Commanded, other: Commanded) -> Movement:
     )
 
 
-def _in_world(output: Output, text: Commanded) -> Commanded:
+def _in_world(output: Output, text: TextPositions) -> TextPositions:
     """Positions of a program in World; itself where it is in World."""
     with naming_damage(output):
         frame = output.record["provenance"].get("frame")

@@ -31,7 +31,7 @@ _POSE = slice(0, 6)  # X Y Z W P R in the columns of a text's positions
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Commanded:
+class TextPositions:
     """Positions of a program, or of all its pages together."""
 
     number: IntArray  # (N,) of the undivided program
@@ -41,7 +41,7 @@ class Commanded:
     joints: Array  # (N, 6) [deg] as they are printed; NaN of Cartesian positions
 
 
-def commanded_positions(output: Output) -> Commanded | None:
+def commanded_positions(output: Output) -> TextPositions | None:
     """The positions of an output's program; None where it is not there: not written, or taken elsewhere.
 
     Raises:
@@ -66,10 +66,10 @@ def commanded_positions(output: Output) -> Commanded | None:
     motions = [(program.motions, first - 1) for program, first in texts]
     vias = [p[0] + n for m, n in motions for letter, p in zip(m.letter, m.position, strict=True) if letter == "C"]
     via = np.isin(number[rows], vias)
-    return Commanded(number[rows], value[rows, :3] * MM, from_wpr(w, p, r), via, joints[rows])
+    return TextPositions(number[rows], value[rows, :3] * MM, from_wpr(w, p, r), via, joints[rows])
 
 
-def drawn(program: Commanded) -> Array:
+def drawn(program: TextPositions) -> Array:
     """The path through a program's positions as a polyline, its arcs in chords that leave at most ``CHORD``."""
     middle = np.flatnonzero(program.via)
     middle = middle[(middle > 0) & (middle < len(program.via) - 1)]

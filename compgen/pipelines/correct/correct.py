@@ -79,7 +79,7 @@ from compgen.pipelines.planned.program_text import running_override
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
-from compgen.program.ways import interpolate_poses, sample_lengths
+from compgen.program.ways import interpolate_poses, way_lengths
 from compgen.thermal import Duty
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.flight import Flight, fly, pose_errors
@@ -330,7 +330,7 @@ def _fly_both(
     station, fraction = planned.station, planned.fraction
     target = interpolate_poses(meant, station, fraction)
     judged = between_corrected(plan, shared, station, fraction) & (station >= task.options.judged_from)
-    length = sample_lengths(task.cell.robot, drive, station, fraction, judged)
+    length = way_lengths(task.cell.robot, drive, station, fraction, judged)
     progress(stages.TWIN_AFTER, 0.0)
     if ensemble is None:
         return _Flights(planned, fly_written(), target, judged, length, None)

@@ -103,12 +103,12 @@ def why_unknown(source: Path, program: LsProgram, robot: Robot) -> str:
     return absent if carries_mark(program, robot) else ""
 
 
-def packed(listing: bytes) -> str:
+def packed_program(listing: bytes) -> str:
     """A program as a provenance record holds it."""
     return base64.b85encode(zlib.compress(listing, 9)).decode("ascii")
 
 
-def unpacked(text: str) -> bytes:
+def unpacked_program(text: str) -> bytes:
     """The same back; raises ValueError where it is damaged."""
     try:
         return zlib.decompress(base64.b85decode(text))
@@ -119,7 +119,7 @@ def unpacked(text: str) -> bytes:
 def planned_in(record: Mapping[str, Any]) -> bytes | None:
     """The planned program that a provenance record holds; None where it is damaged."""
     try:
-        planned = unpacked(record["planned_zlib_b85"])
+        planned = unpacked_program(record["planned_zlib_b85"])
     except (KeyError, ValueError, TypeError):
         return None
     return planned if sha256(planned).hexdigest() == record.get("planned_sha256") else None

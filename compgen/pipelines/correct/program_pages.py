@@ -66,7 +66,7 @@ def pages_of_program(file: str, content: bytes, robot: Robot, taken: Sequence[st
         return ProgramPages(program.name, size, None, {})
     provenance = provenance_beside(Path(file), content)
     with naming_file(file):
-        paged = part_program(program, robot, capacity, taken, corrected=provenance is not None)
+        paged = part_listing(program, robot, capacity, taken, corrected=provenance is not None)
     check_join(program, paged.main, {p.name: p.data for p in paged.pages})
     why = why_unknown(Path(file), program, robot) if provenance is None else ""
     made = {UNKNOWN: why} if why else {}
@@ -80,7 +80,7 @@ def pages_of_program(file: str, content: bytes, robot: Robot, taken: Sequence[st
     return replace(pages, files=files)
 
 
-def part_program(
+def part_listing(
     program: LsProgram, robot: Robot, capacity: Capacity, taken: Sequence[str] = (), *, corrected: bool
 ) -> PagedProgram:
     """The pages of a program; those of one that is ``corrected``, or carries the mark, say it in a remark."""

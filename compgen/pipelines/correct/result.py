@@ -32,7 +32,7 @@ from compgen.thermal.tables.schema import AmbientTable
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors
 from compgen.verification.motion_effect import MotionEffect
-from compgen.verification.verdict import Judged, Verdict
+from compgen.verification.verdict import JudgedResult, Verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +139,7 @@ class MotionCommand(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Correction(Judged):
+class Correction(JudgedResult):
     """A corrected program and its proof."""
 
     name: str  # of the program

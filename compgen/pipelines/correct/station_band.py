@@ -14,7 +14,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, interpolated, lengths_along, rms, row_norms
 from compgen.core.pose import IDENTITY, Pose
-from compgen.error_model.uncertain_sources import Cause
+from compgen.error_model.uncertain_sources import DrawnCause
 from compgen.job.job import Cell
 from compgen.job.part_frame import PartFrame
 from compgen.job.uncertainty import JobUncertainty, changed_cell, is_identified, is_taught_with, quantities_in_frame
@@ -179,7 +179,7 @@ def fly_draws(
         flown = fly(twin, driven, result.before, starts=((1.0, start),), air=options.air + air, subdivisions=pieces)
         return flown.actual.position - target.position
 
-    def fly_one(cause: Cause, rng: np.random.Generator) -> FlownDraw:
+    def fly_one(cause: DrawnCause, rng: np.random.Generator) -> FlownDraw:
         field = unexplained(columns, result.cell.fit.scale, place, arc, rng)
         start, known = Start(), flight.actual.position - target.position
         if ensemble is not None:

@@ -41,7 +41,7 @@ class ProgramText:
     findings: tuple[Finding, ...]
 
 
-def read_text(file: str, content: bytes) -> ProgramText:
+def read_program_text(file: str, content: bytes) -> ProgramText:
     """A program with the records beside it: a provenance file, a report of the job that wrote it.
 
     Raises:

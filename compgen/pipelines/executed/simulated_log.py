@@ -23,7 +23,7 @@ from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.verification.executed.position_log import JOINTS, PLACE, TURN
 from compgen.verification.twin.circular_motion import sweeps
-from compgen.verification.twin.controller.command import Command, WrittenPath, sample_command
+from compgen.verification.twin.controller.command import CommandedMotion, WrittenPath, sample_command
 from compgen.verification.twin.controller.smoothing import smooth
 from compgen.verification.twin.timing import time_program
 
@@ -89,7 +89,9 @@ def simulated_log(
     return _written(command.time, numbers, logger)
 
 
-def _driven(robot: Robot, tool: Pose, path: WrittenPath, command: Command, motion: ControllerMotion | None) -> Pose:
+def _driven(
+    robot: Robot, tool: Pose, path: WrittenPath, command: CommandedMotion, motion: ControllerMotion | None
+) -> Pose:
     """Where the TCP is at the samples of a command, by the controller's own model of the arm."""
     period = command.step
     if motion is None:
@@ -103,7 +105,7 @@ def _driven(robot: Robot, tool: Pose, path: WrittenPath, command: Command, motio
     return Pose(smooth(command.position, period, motion), turned)
 
 
-def _commanded(path: WrittenPath, command: Command) -> Array:
+def _commanded(path: WrittenPath, command: CommandedMotion) -> Array:
     """Commanded joints at the samples, straight between positions: they name the turns, (M, 6) [rad]."""
     k, share = command.segment, command.fraction[:, None]
     return np.asarray(path.theta[k] + share * (path.theta[k + 1] - path.theta[k]))

@@ -22,7 +22,7 @@ from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
-from compgen.fanuc.paging.join_check import called_programs as called_pages
+from compgen.fanuc.paging.join_check import called_pages as called_pages
 from compgen.fanuc.paging.join_check import interpret_pages
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames

@@ -22,7 +22,7 @@ from compgen.core.toml import TomlText, check, input_keys, override, read_toml, 
 from compgen.core.units import UM
 from compgen.core.version import __version__
 from compgen.error_model.loads import loads_of
-from compgen.error_model.posterior import ParameterPosterior, numbers_of, posterior_hash, read_posterior
+from compgen.error_model.posterior import ParameterPosterior, known_numbers, posterior_hash, read_posterior
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertain_sources import UncertainSource, read_joint_box, read_sources
 from compgen.error_model.unmeasured import OF_WARMTH, unknown_of
@@ -330,7 +330,7 @@ def _warmth(
         return cold, (), (np.zeros((6, 1)), np.zeros((6, 1))), nothing_warms(cold)
     if facts.thermal.network is not None:
         tables.check_materials(facts.thermal.network, where)
-    tables.check_sensors(facts.thermal, where)
+    tables.check_sensor_rises(facts.thermal, where)
     profiles = tables.profiles_of(facts.thermal, robot, where)
     nodes = tables.node_model_of(facts.thermal, where)
     heat: ArmHeat = nodes
@@ -383,7 +383,7 @@ def posterior_beside(
     law = None if heat is None else heat.law
     rise, tau = (None, None) if law is None else (law.reference_rise, law.tau)
     try:
-        return read_posterior(content, numbers_of(known, rise, tau), str(file)), []
+        return read_posterior(content, known_numbers(known, rise, tau), str(file)), []
     except InputError:
         if not is_overridden:
             raise

@@ -31,7 +31,7 @@ RANGE = (-100.0, 200.0)  # K of a rise
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Reach:
+class WristReach:
     """How far the wrist centre comes, joints within their limits [m]."""
 
     outward: float  # from the axis of J1
@@ -54,7 +54,7 @@ class RobotSheet:
     """An arm as its file has it."""
 
     arm: Arm
-    reach: Reach
+    reach: WristReach
     zero: Pose  # the frames behind the rows at pendant zero, 7 in World
     limits: Array  # (6, 2) [deg] as the data sheet prints them; the third of J2 + J3 where the pendant couples them
     coupled: bool  # whether the pendant's J3 counts against the horizontal
@@ -112,7 +112,7 @@ def _pose(robot: Robot, joints: tuple[float, ...], *, known: bool) -> PendantPos
     return PendantPose(joints, tuple(numbers.tolist()), config)
 
 
-def _reach(robot: Robot) -> Reach:
+def _reach(robot: Robot) -> WristReach:
     """Over a grid of joints 2 and 3, joint 1 at zero; the pendant's coupling is in the limits of theta."""
     second, third = (np.linspace(robot.lower[k], robot.upper[k], STEPS) for k in (1, 2))
     theta = np.tile(robot.pendant_zero, (STEPS**2, 1))
@@ -120,7 +120,7 @@ def _reach(robot: Robot) -> Reach:
     wrist = joint_places(robot, theta)[:, WRIST]
     away = np.hypot(wrist[:, 0], wrist[:, 1])
     before = wrist[:, 0] > 0
-    return Reach(
+    return WristReach(
         float(away.max()), float(wrist[:, 2].min()), float(wrist[:, 2].max()),
         float(away[before].min()) if before.any() else 0.0,
     )  # fmt: skip

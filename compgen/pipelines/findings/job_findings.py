@@ -106,7 +106,7 @@ def solver(solution: Solution, settings: Settings) -> Iterator[Finding]:
         yield Finding.of(Code.COMPENSATION_SOLVER, message)
 
 
-def failed(solution: Solution) -> str:
+def why_uncorrected(solution: Solution) -> str:
     """Why there is no correction, and what to try."""
     if solution.status is Status.STOPPED and solution.unsolved is not None:
         return f"waypoints {solution.unsolved[0]} to {solution.unsolved[1]}: {solution.status.value}"

@@ -216,7 +216,7 @@ def _um(value: float) -> str:
     return f"{value / UM:.0f}" if value >= 9.95 * UM else f"{value / UM:.1f}"
 
 
-class Reach(NamedTuple):
+class SmoothingReach(NamedTuple):
     """How far from a place commands have a share in it, in time."""
 
     ahead: float  # [s]
@@ -233,10 +233,10 @@ class ShortLead(NamedTuple):
     caused: float  # [m] off the path on the part
 
 
-def reach_of(motion: ControllerMotion) -> Reach:
+def reach_of(motion: ControllerMotion) -> SmoothingReach:
     """Of a controller's smoothing; a lag, which delays all alike, has none."""
     delay = moments(motion).delay - motion.lag
-    return Reach(delay, motion.settling - motion.lag - delay)
+    return SmoothingReach(delay, motion.settling - motion.lag - delay)
 
 
 def lead_findings(
@@ -273,7 +273,7 @@ def lead_findings(
     )
 
 
-def short_leads(path: ToolPath, off: Array, speed: Array, reach: Reach) -> Iterator[ShortLead]:
+def short_leads(path: ToolPath, off: Array, speed: Array, reach: SmoothingReach) -> Iterator[ShortLead]:
     """Ways off the part that are too short, in no order.
 
     Args:

@@ -19,7 +19,7 @@ from compgen.core.recorded.table import read_findings
 from compgen.core.rotations import rotation_matrix
 from compgen.core.stages import Progress
 from compgen.core.units import DEG, HOUR, MM
-from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
+from compgen.error_model.posterior import known_numbers, posterior_hash, posterior_text
 from compgen.error_model.source import Doubtful
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.axis_tests import read_lines
@@ -270,7 +270,7 @@ def identified_texts(arm: Arm, identified: Identification, files: Sequence[str],
     """
     written = identified.known, *_nodes_as_written(arm, identified)
     fitted = frozenset(arm.nodes.index(node.name) for node in _written_nodes(arm, identified))
-    posterior = posterior_text(posterior_of(identified, numbers_of(*written), fitted), arm.robot.name)
+    posterior = posterior_text(posterior_of(identified, known_numbers(*written), fitted), arm.robot.name)
     named = {"posterior": name, "posterior_sha256": posterior_hash(posterior.encode())}
     return identified_robot_text(arm, identified, files, named), posterior
 

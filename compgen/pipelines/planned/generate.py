@@ -24,7 +24,7 @@ from compgen.job.job import Job
 from compgen.job.motion_plan import keeps_waypoints, plan_motion
 from compgen.job.moves_in_arcs import flown_at_waypoints
 from compgen.job.part_frame import frame_findings
-from compgen.job.start_window import windows
+from compgen.job.start_window import longest_waits
 from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
 from compgen.pipelines.findings import job_findings
 from compgen.pipelines.findings.job_findings import over_periods, own_file_findings, times_apart
@@ -37,7 +37,7 @@ from compgen.pipelines.planned.many_starts import Averaged, WrittenFile, averagi
 from compgen.pipelines.planned.program_text import compose_program, planned_program, printed_in_world
 from compgen.pipelines.uncertainty import model_form
 from compgen.pipelines.uncertainty.band_columns import assumed_findings, band_along
-from compgen.pipelines.uncertainty.draws import fly_draws
+from compgen.pipelines.uncertainty.draws import fly_program_draws
 from compgen.planning.retiming import Trajectory
 from compgen.program.digits import resolution
 from compgen.program.program import Program
@@ -170,7 +170,7 @@ def generate(
     deviation, averaged = _fly_corrected(planned, problem, solution, trajectory, prepared, progress)
     progress(stages.CROSS_FLIGHT, 0.0)
     form, form_findings = model_form.cross_flight(job, other, prepared, deviation)
-    drawn = fly_draws(driven, prepared, deviation, late, partial(progress, stages.DRAWS))
+    drawn = fly_program_draws(driven, prepared, deviation, late, partial(progress, stages.DRAWS))
     corrected = Corrected(
         solution=solution,
         trajectory=trajectory,
@@ -322,7 +322,7 @@ def _solved(problem: Problem, job: Job, progress: Progress, stage: RunStage) -> 
     """The solution of a problem; raises ImpossibleError where it has none that is legal."""
     solution = optimise.optimise(problem, job.settings, _stage(progress, stage, job.settings))
     if not solution.status.is_legal:
-        raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
+        raise ImpossibleError(f"{job.source}: {job_findings.why_uncorrected(solution)}")
     return solution
 
 
@@ -379,7 +379,7 @@ def start_windows(planned: Planned, theta: Array, first: IntArray) -> Array:
     """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
     job = planned.job
     state = states_at(job.heat, job.state(), planned.joint_motion, first, job.history.air, job.clock)
-    return windows(job, planned.model, planned.driven(theta, planned.motion), first, state)
+    return longest_waits(job, planned.model, planned.driven(theta, planned.motion), first, state)
 
 
 def _delivered(planned: Planned, solution: Solution, program: Program, window: float) -> Delivery:

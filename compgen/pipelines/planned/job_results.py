@@ -17,7 +17,7 @@ from compgen.job.motion_plan import MotionPlan
 from compgen.job.uncertainty import is_taught_with
 from compgen.pipelines.planned.delivery import Delivery
 from compgen.pipelines.planned.many_starts import Averaged, planned_rises
-from compgen.pipelines.uncertainty.band_columns import DrivenProgram, band_along
+from compgen.pipelines.uncertainty.band_columns import WaypointProgram, band_along
 from compgen.pipelines.uncertainty.draws import FlownDraws
 from compgen.pipelines.uncertainty.model_form import ModelForm
 from compgen.pipelines.uncertainty.not_known import not_known, setting_of
@@ -29,7 +29,7 @@ from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
 from compgen.verification.motion_effect import MotionEffect
 from compgen.verification.twin import Execution, Twin, execute
-from compgen.verification.verdict import Judged
+from compgen.verification.verdict import JudgedResult
 from compgen.verification.written_motion import WrittenMotion
 
 
@@ -84,10 +84,10 @@ class Planned(MotionPlan):
         taught = is_taught_with(tool, self.job.frame, cell)
         return not_known(cell, band, setting_of(places, tool.position[None], self.rise, is_tool_taught=taught))
 
-    def driven(self, theta: Array, motion: DirectionState) -> DrivenProgram:
+    def driven(self, theta: Array, motion: DirectionState) -> WaypointProgram:
         """The program with some commanded joints (N, 6) [rad] that come from somewhere, for its band."""
         time = self.trajectory.time
-        return DrivenProgram(
+        return WaypointProgram(
             job=self.job, model=self.model, path=self.path, theta=theta, time=time, rise=self.rise, motion=motion
         )
 
@@ -148,7 +148,7 @@ def solution_at(solution: Solution, rows: IntArray) -> Solution:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Corrected(Judged):
+class Corrected(JudgedResult):
     """The job with its correction, its text and the proof."""
 
     solution: Solution

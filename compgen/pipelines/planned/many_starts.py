@@ -25,7 +25,7 @@ from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import at_start, deviation_of, prepared_for
 from compgen.pipelines.planned.program_text import compose_program
-from compgen.pipelines.uncertainty.band_columns import DrivenProgram
+from compgen.pipelines.uncertainty.band_columns import WaypointProgram
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.program.digits import as_written
@@ -49,7 +49,7 @@ SAME = 0.1 * UM  # below which they agree
 
 
 @dataclass(frozen=True, slots=True)
-class Flown:
+class FlownStart:
     """What the twin found at one start, on the part."""
 
     start: Start
@@ -65,7 +65,7 @@ class Averaged:
     ensemble: Ensemble
     at_mean: Extent  # flown with the mean of the rises, on the part
     worst: Deviation  # of the flown start with the largest error; its extents are the largest of all that were flown
-    flown: tuple[Flown, ...]
+    flown: tuple[FlownStart, ...]
     starts: tuple[Start, ...]  # G that the error model foretells
     largest: Array  # (G,) [m] foretold largest error on the part
     added: Array  # (G,) [m] how far the tool is at most from where it is at the mean
@@ -76,7 +76,7 @@ class Averaged:
     tolerance: float  # [m]
 
     @property
-    def worst_flown(self) -> Flown:
+    def worst_flown(self) -> FlownStart:
         """The start with the largest error."""
         return max(self.flown, key=lambda f: f.total.max)
 
@@ -96,7 +96,7 @@ class Averaged:
 class WrittenFile:
     """One file, as far as its starts ask for it."""
 
-    program: DrivenProgram  # with the mean of the rises, and where the planned joints come from
+    program: WaypointProgram  # with the mean of the rises, and where the planned joints come from
     motion: JointMotion  # as planned
     prepared: PreparedProgram  # the text, read back
     problem: Problem  # of its correction
@@ -129,7 +129,7 @@ def fly_starts(file: WrittenFile, progress: Callable[[float], None] = lambda sha
     waypoints = prepared.first_samples()[which]
     left = at_mean.error[waypoints]
     largest = _largest(file, at_mean, moved, waypoints)
-    flown: list[Flown] = []
+    flown: list[FlownStart] = []
     worst, envelope, differences = at_mean, at_mean, []
     chosen = starts_to_fly(ensemble, starts[int(np.argmax(largest))])
     for k, start in enumerate(chosen):
@@ -139,7 +139,7 @@ def fly_starts(file: WrittenFile, progress: Callable[[float], None] = lambda sha
         if not flown or deviation.on_part["total"].max > worst.on_part["total"].max:
             worst = deviation
         envelope = deviation if not flown else _envelope(envelope, deviation)
-        flown.append(Flown(start, deviation.on_part["total"], _remade(file, start)))
+        flown.append(FlownStart(start, deviation.on_part["total"], _remade(file, start)))
         progress((k + 1) / len(chosen))
     worst = replace(worst, extents=envelope.extents, on_part=envelope.on_part)
     spread = float(np.sqrt(weight @ (moved**2).sum(axis=2).mean(axis=1)))

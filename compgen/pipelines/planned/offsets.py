@@ -158,7 +158,7 @@ def offsets_of_job(job: Job, progress: Progress) -> Offsets:
     progress(stages.OFFSETS, 0.0)
 
     def fly(kind: str, numbers: Array) -> Left:
-        prepared = prepared_for(job, moved(program, uframe, kind, numbers))
+        prepared = prepared_for(job, with_offset(program, uframe, kind, numbers))
         if job.ensemble is not None:
             prepared = prepared.with_rise(planned.rise)
         return _left(deviation_of(planned.path, prepared))
@@ -168,7 +168,7 @@ def offsets_of_job(job: Job, progress: Progress) -> Offsets:
     return search_offsets(flown, _left(planned.deviation()), _left(corrected.deviation), fly, findings)
 
 
-def moved(program: Program, uframe: Pose, kind: str, numbers: Array) -> Program:
+def with_offset(program: Program, uframe: Pose, kind: str, numbers: Array) -> Program:
     """A program with its positions where the controller drives to with an offset.
 
     Args:

@@ -24,7 +24,7 @@ from compgen.pipelines.planned import generate, motion_predistortion
 from compgen.pipelines.planned.assumed_ramps import ramp_findings
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import in_world
-from compgen.pipelines.uncertainty.draws import FlownDraws, fly_draws
+from compgen.pipelines.uncertainty.draws import FlownDraws, fly_program_draws
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
 from compgen.thermal.ensemble import Start, starts_to_fly
@@ -133,7 +133,7 @@ def _draws(
         return None
     late = generate.late_start(planned.job, generate.start_window(planned, planned.theta))
     driven = named.driven(prepared.theta, named.motion)
-    return fly_draws(driven, prepared, deviation, late, partial(progress, stages.DRAWS))
+    return fly_program_draws(driven, prepared, deviation, late, partial(progress, stages.DRAWS))
 
 
 def _positions_of(job: Job, path: ToolPath, program: Program) -> tuple[IntArray, ToolPath]:

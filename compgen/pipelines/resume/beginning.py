@@ -70,7 +70,7 @@ class Logged(NamedTuple):
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 @owns(state=("S",))
-class Known:
+class PromptStart:
     """The robot when a page would start if nobody waited from the last known moment on."""
 
     cell: Cell
@@ -105,10 +105,10 @@ class Known:
         return self.clock + (late or 0.0)
 
 
-Begin = Callable[[Known], Begun]
+Begin = Callable[[PromptStart], Begun]
 
 
-def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first: int) -> Known:
+def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first: int) -> PromptStart:
     """What the plan, and what was replaced since, say of the robot when a page starts.
 
     Args:
@@ -132,7 +132,7 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
     motion = whole.joint_motion.between(row)
     at = np.array([first - row], dtype=np.int64)
     after = states_at(job.heat, state, motion, at, air, clock)[0]
-    return Known(
+    return PromptStart(
         cell=cell,
         plain=partial(unmoved, job),
         heat=job.heat,
@@ -154,7 +154,7 @@ def unmoved(job: Job) -> Cell:
     return load_cell(job.cell.robot_file, [o for o in job.overrides if o.startswith("robot.")])
 
 
-def begin_late(known: Known, late: float) -> Begun:
+def begin_late(known: PromptStart, late: float) -> Begun:
     """The page starts so much later [s] than the page before stopped; the servo is on."""
     if not 0 <= late <= MOST_LATE:
         raise InputError(f"--late {late:g} s: outside 0 to {MOST_LATE:g} s; give how long the page waits, as 35min")
@@ -187,7 +187,7 @@ def logged_by(job: Job) -> Logged:
     return Logged(path.ambient, path.log)
 
 
-def read_log(cell: Cell, logged: Logged, file: str) -> TemperatureLog:
+def read_rises(cell: Cell, logged: Logged, file: str) -> TemperatureLog:
     """A log as rises of a robot's nodes, which count from what its job says in [log] and [ambient].
 
     Raises:
@@ -207,7 +207,7 @@ def _whole_rows(cell: Cell, table: LogTable, zero: float) -> TemperatureLog | No
     return tables.believed_rises(log.readings, table, cell.heat, cell.warmth, zero)
 
 
-def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:
+def begin_with_log(known: PromptStart, file: str, late: float | None = None) -> Begun:
     """The page starts when a log ends.
 
     Args:
@@ -219,7 +219,7 @@ def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:
         InputError: A bad file, too few readings, or the log that an earlier page starts at the end of.
     """
     logged, clock = known.logged(), known.clock_after(late, "--log", file)
-    log, digest = read_log(known.cell, logged, file), sha256(read_regular(file)).hexdigest()
+    log, digest = read_rises(known.cell, logged, file), sha256(read_regular(file)).hexdigest()
     for entry in known.earlier:
         if entry.get("log_sha256") == digest:
             raise InputError(f"{file}: page {entry['from_page']} starts at the end of this log; give the log until now")
@@ -235,7 +235,7 @@ def begin_with_log(known: Known, file: str, late: float | None = None) -> Begun:
     )
 
 
-def begin_with_state(known: Known, file: str, age: float, late: float | None = None) -> Begun:
+def begin_with_state(known: PromptStart, file: str, age: float, late: float | None = None) -> Begun:
     """The page starts so long after a state was found, and the robot has stood since.
 
     Args:

@@ -9,7 +9,7 @@ from compgen.core.units import HOUR, MM
 from compgen.error_model.anchored_state import parse_state
 from compgen.job.anchored_start import cell_with_state
 from compgen.job.job import Cell
-from compgen.pipelines.correct.program_file import planned_in, unpacked
+from compgen.pipelines.correct.program_file import planned_in, unpacked_program
 from compgen.pipelines.correct.program_pages import CORRECTED
 from compgen.pipelines.correct.result import Options, options_of
 from compgen.pipelines.files.robot_file import load_cell
@@ -63,7 +63,7 @@ def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float 
             for d in made["before"]
         )
         options, frames = _options(made["options"], max_um), _frames(made["frames"])
-        called = {name: unpacked(text) for name, text in made.get("called_zlib_b85", {}).items()}
+        called = {name: unpacked_program(text) for name, text in made.get("called_zlib_b85", {}).items()}
         registers = {int(n): _register(values) for n, values in made.get("registers", {}).items()}
         corrected_sum = str(made["corrected_sha256"])
         state_text = made["state_toml"] if "state_sha256" in made else ""

@@ -25,9 +25,9 @@ from compgen.core.units import KB
 from compgen.job.job import Cell
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
-from compgen.pipelines.correct.program_pages import part_program
+from compgen.pipelines.correct.program_pages import part_listing
 from compgen.pipelines.files.twin_of_job import twin_of_cell
-from compgen.pipelines.resume.beginning import Begin, Known, Logged, state_findings
+from compgen.pipelines.resume.beginning import Begin, Logged, PromptStart, state_findings
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.pages_anew import with_manifest
 from compgen.pipelines.resume.result import Join, PagesAnew, Size, page_results, size_of
@@ -181,13 +181,13 @@ def last_writer(calls: Earlier, page: int) -> int:
     return max((k for k, entry in enumerate(calls, 1) if int(entry["from_page"]) <= page), default=0)
 
 
-def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> Known:
+def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> PromptStart:
     """The robot at a place of the motion by the day so far."""
     heat, start, options = written.cell.heat, written.start, written.correction.options
     air, usual = still_air(options.air), AmbientTable()
     zero = usual if options.reference == usual.reference_degC else AmbientTable(reference_degC=options.reference)
     (standing,) = with_losses(heat, [STANDING], motion)
-    return Known(
+    return PromptStart(
         cell=written.cell,
         plain=lambda: plain,
         heat=heat,
@@ -265,7 +265,7 @@ def _pages_of(job: CorrectedJob, correction: Correction) -> dict[str, bytes]:
         int(limits["name_length"]),
     )  # fmt: skip
     corrected = correction.text != job.planned
-    paged = part_program(correction.written, job.cell.robot, capacity, corrected=corrected)
+    paged = part_listing(correction.written, job.cell.robot, capacity, corrected=corrected)
     pages = {page.name: page.data for page in paged.pages}
     if list(pages) != [page.name for page in written.pages]:
         raise InputError(f"{written.manifest_file}: the program is parted in other pages now; {ANEW}")
@@ -320,7 +320,7 @@ def _join(page: str, station: int, new: Correction, before: tuple[Flight, PoseEr
     )
 
 
-def words_of(resumed: ResumedProgram) -> list[str]:
+def resumed_words(resumed: ResumedProgram) -> list[str]:
     """What became of the pages, line by line."""
     join = resumed.join
     lines = [f"because {resumed.begun.why}"]

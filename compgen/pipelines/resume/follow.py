@@ -15,13 +15,13 @@ from compgen.core.units import DAY, MINUTE
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.job.job import Cell
 from compgen.pipelines.resume.beginning import MOST_LATE, Begun
-from compgen.pipelines.resume.page_forecast import Course, Forecast, Forecaster, model_course
+from compgen.pipelines.resume.page_forecast import Course, Forecaster, PageForecast, model_course
 from compgen.pipelines.resume.page_times import PageTimes
 from compgen.pipelines.resume.paged_run import PagedRun
 from compgen.thermal import Ambient
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_end import hidden_at_end
-from compgen.thermal.log_prior import Expected, prior_of, rounding_of
+from compgen.thermal.log_prior import Expected, prior_from_log, rounding_of
 from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Miss, Readings, filter_of, misses, steadied
 from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.temperature_log import GrowingLog, Temperatures, readings_in_steps
@@ -47,7 +47,7 @@ class Look:
     rise: Array  # (K,) [K]
     sigma: Array  # (K,) [K]
     missed: Array  # (K,) [K] of that, beside the model's forecast
-    forecasts: tuple[Forecast, ...] = ()  # of the running page and the next, or of the next
+    forecasts: tuple[PageForecast, ...] = ()  # of the running page and the next, or of the next
     due: int = 0  # the page that leaves the bound and may be written anew; 0: none
     beginning: Begun | None = None  # of that page
     over: bool = False  # the last page has ended
@@ -144,7 +144,7 @@ class _Sensed:
 
     def hidden(self, cell: Cell) -> Array:
         """What one sensor may be off unseen, (L, K) [K]."""
-        return hidden_at_end(prior_of(self.judged, cell.heat, cell.warmth, self.expected), self.judged, cell.heat)
+        return hidden_at_end(prior_from_log(self.judged, cell.heat, cell.warmth, self.expected), self.judged, cell.heat)
 
 
 def _sense(

@@ -59,7 +59,7 @@ def model_course(run: PagedRun, times: PageTimes, air: Ambient, now: float) -> C
 
 
 @dataclass(frozen=True, slots=True)
-class Forecast:
+class PageForecast:
     """What a page will leave on the part, or the rest of the one that runs."""
 
     page: int
@@ -80,11 +80,11 @@ class Forecaster:
     anchored: AnchoredState | None
     is_air_logged: bool
 
-    def of_running(self, page: int, elapsed: float) -> Forecast:
+    def of_running(self, page: int, elapsed: float) -> PageForecast:
         """What the rest of the page that runs leaves."""
         return self._forecast(page, self.now, self.course.states[-1], elapsed)
 
-    def of_page(self, page: int) -> Forecast:
+    def of_page(self, page: int) -> PageForecast:
         """What a page leaves that has not begun."""
         state, start = self.state_at_start(page)
         return self._forecast(page, start, state, 0.0)
@@ -100,7 +100,7 @@ class Forecaster:
             time += float(rest.time[-1])
         return z, time
 
-    def beginning(self, page: int, source: str, forecast: Forecast, hidden: Array) -> Begun:
+    def beginning(self, page: int, source: str, forecast: PageForecast, hidden: Array) -> Begun:
         """How the robot begins a page, for its correction, and what its log hides, (L, K) [K]."""
         run, (state, start) = self.run, self.state_at_start(page)
         missed = RiseAhead(self.miss, run.cell).miss_at(start - self.now)
@@ -134,7 +134,7 @@ class Forecaster:
         where = f"{run.written.manifest_file}: resumed.state_toml"
         return cell_with_state(run.plain, parse_state(str(earlier[-1]["state_toml"]).encode(), where), where)
 
-    def _forecast(self, page: int, start: float, state: Array, elapsed: float) -> Forecast:
+    def _forecast(self, page: int, start: float, state: Array, elapsed: float) -> PageForecast:
         """What a page leaves from some time of its motion on [s], with the state then."""
         run, motion = self.run, self.run.page_motion(page)
         row, first = row_at(motion, elapsed), run.edges[page - 1]
@@ -146,7 +146,7 @@ class Forecaster:
         error = run.errors(page, self.known_cell(page), at, rise)
         largest = float(error.max()) if len(error) else 0.0
         mean = rms(error) if len(error) else 0.0
-        return Forecast(page, start, largest, mean)
+        return PageForecast(page, start, largest, mean)
 
 
 def row_at(motion: JointMotion, elapsed: float) -> int:

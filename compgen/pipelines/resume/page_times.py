@@ -21,7 +21,7 @@ MOST_STARTS = 5000
 
 
 @dataclass(frozen=True, slots=True)
-class PageStart:
+class PageMoment:
     """A page begins or still runs, or the robot stands (page 0)."""
 
     time: float  # [s] on the log's clock
@@ -34,7 +34,7 @@ class PageStart:
 class PageTimes:
     """What the robot does, from the planned start on."""
 
-    starts: tuple[PageStart, ...]  # by rising times
+    starts: tuple[PageMoment, ...]  # by rising times
     duration: tuple[float, ...]  # [s] of each page
     planned: float  # [s] when the job was planned to start
     last_reported: int = 0  # page of those written down as begun or loaded, wherever the log ends
@@ -61,8 +61,8 @@ class PageTimes:
 
     def stretches(self, until: float) -> list[tuple[float, float, int, float]]:
         """Begin, end, page (0: standing) and how far into its motion it begins [s], from the planned start on."""
-        standing = PageStart(self.planned, 0)
-        moments = [standing, *(s for s in self.starts if s.time < until), PageStart(until, 0)]
+        standing = PageMoment(self.planned, 0)
+        moments = [standing, *(s for s in self.starts if s.time < until), PageMoment(until, 0)]
         pieces = []
         time = self.planned
         for start, after in pairwise(moments):
@@ -86,7 +86,7 @@ def planned_times(duration: Sequence[float], planned: float, started: float) -> 
         started: When the first page started [s].
     """
     begins = started + np.concatenate([[0.0], np.cumsum(duration)[:-1]])
-    starts = tuple(PageStart(float(t), k) for k, t in enumerate(begins.tolist(), 1))
+    starts = tuple(PageMoment(float(t), k) for k, t in enumerate(begins.tolist(), 1))
     return PageTimes(starts, tuple(duration), planned)
 
 
@@ -113,7 +113,7 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
         return PageTimes((), tuple(duration), planned)
     time, page = table.numbers("time_s"), table.numbers("page")
     loaded = table.numbers("loaded", gaps=True) if table.has("loaded") else np.zeros(len(time))
-    starts: list[PageStart] = []
+    starts: list[PageMoment] = []
     latest = 0
     for row, (t, p, have) in enumerate(zip(time.tolist(), page.tolist(), np.nan_to_num(loaded).tolist(), strict=True)):
         for column, value in (("page", p), ("loaded", have)):
@@ -130,6 +130,6 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
         if len(starts) == MOST_STARTS:
             raise InputError(f"{table.location(row)}: over {MOST_STARTS} starts; give a row when a page begins")
         into = starts[-1].into + t - starts[-1].time if is_same else 0.0
-        starts.append(PageStart(t, int(p), int(have), into))
+        starts.append(PageMoment(t, int(p), int(have), into))
     last_reported = max((max(s.page, s.loaded) for s in starts), default=0)
     return PageTimes(tuple(starts), tuple(duration), planned, last_reported)

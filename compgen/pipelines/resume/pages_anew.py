@@ -47,7 +47,7 @@ def read_written(written: WrittenJob, whole: Planned) -> list[Program]:
     return programs
 
 
-def steps_of(written: WrittenJob) -> dict[str, float]:
+def page_steps(written: WrittenJob) -> dict[str, float]:
     """How far each page that was written anew starts from where the page before stops, as its record says [m]."""
     steps: dict[str, float] = {}
     for entry in written.resumed:

@@ -15,7 +15,7 @@ from compgen.pipelines.resume.written_job import WrittenJob, WrittenPage
 from compgen.program.program import Program
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation, Sizes, percentile99
-from compgen.verification.verdict import Judged
+from compgen.verification.verdict import JudgedResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Join:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class PagesAnew(Judged):
+class PagesAnew(JudgedResult):
     """What was written anew, page by page, of a planned job or a corrected program."""
 
     written: WrittenJob

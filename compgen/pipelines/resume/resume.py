@@ -33,9 +33,9 @@ from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import compose_program
 from compgen.pipelines.resume.beginning import Begin, known_state, state_findings
 from compgen.pipelines.resume.pages_anew import (
+    page_steps,
     prove_pages,
     read_written,
-    steps_of,
     with_manifest,
     write_pages,
 )
@@ -92,7 +92,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     known = known_state(whole, written.resumed, from_page, page.first)
     begun = begin(known)
     lead = programs[from_page - 2] if from_page > 1 else None
-    old, _ = join_programs(programs[from_page - 1 :], steps_of(written))
+    old, _ = join_programs(programs[from_page - 1 :], page_steps(written))
     planned = rest_of_plan(whole, page.first, begun, old, lead)
     planned, problem, solution, limited = find_correction(planned, progress)
     job, path, commanded = planned.job, planned.path, problem.commanded(solution.correction)

@@ -150,7 +150,7 @@ def _extent(record: Mapping[str, Any], entry: Mapping[str, Any]) -> tuple[int, i
     return int(first), int(last)
 
 
-def job_of(written: WrittenJob, path_file: str | None = None, robot: str | None = None) -> Job:
+def job_of_pages(written: WrittenJob, path_file: str | None = None, robot: str | None = None) -> Job:
     """The job that wrote the pages, read again from its files.
 
     Args:

@@ -3,6 +3,6 @@
 from compgen.pipelines.study.questions import ASKS, Answer
 from compgen.pipelines.study.scenarios import Scenario, Study, build
 from compgen.pipelines.study.timeline import Timeline, timeline
-from compgen.pipelines.study.workers import Row, evaluate, run
+from compgen.pipelines.study.workers import StudyRow, evaluate, run
 
-__all__ = ["ASKS", "Answer", "Row", "Scenario", "Study", "Timeline", "build", "evaluate", "run", "timeline"]
+__all__ = ["ASKS", "Answer", "Scenario", "Study", "StudyRow", "Timeline", "build", "evaluate", "run", "timeline"]

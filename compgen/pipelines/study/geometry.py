@@ -70,7 +70,7 @@ class Geometry:
         return prepared.rise_and_growth(self.segment, self.fraction, self.now)[0]
 
 
-def lay_out(job: Job) -> Geometry:
+def plan_geometry(job: Job) -> Geometry:
     """Plan a job and execute its uncorrected text once, pinocchio confirming."""
     planned = generate.plan_uncorrected(job, lambda stage, share: None)
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)

@@ -22,7 +22,7 @@ from compgen.error_model.uncertain_sources import Quantity
 from compgen.job.job import Job
 from compgen.job.uncertainty import quantities_of
 from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, turns_at, uncertainty_along
-from compgen.pipelines.study.live_day import Setting, history_at
+from compgen.pipelines.study.live_day import SliderValues, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
 from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, scatter_along, taken_at
 from compgen.thermal import NodeModel
@@ -178,7 +178,7 @@ def _build_up(job: Job, live: Live) -> Array:
     return live.cycle.modes(DisturbedHeat(heat, warmth, one))[:, -K:]
 
 
-def band_at(live: Live, band: LiveBand, setting: Setting) -> Band:
+def band_at(live: Live, band: LiveBand, setting: SliderValues) -> Band:
     """The band with the sliders at a setting."""
     history, factor = history_at(live.day, setting), expansion_factor(live, setting)
     r = rises_left(live.day.cell.heat, history, band.time) + band.program

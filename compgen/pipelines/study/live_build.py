@@ -17,10 +17,10 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import prepared_for
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Corrected, Planned
-from compgen.pipelines.study.geometry import band_at_samples, executed, flown_pose, lay_out, some_samples
+from compgen.pipelines.study.geometry import band_at_samples, executed, flown_pose, plan_geometry, some_samples
 from compgen.pipelines.study.live_band import LiveBand, band_at, band_places
-from compgen.pipelines.study.live_day import Setting, cycle_of, drawn_settings, overrides_of, planned_setting
-from compgen.pipelines.study.live_places import Flown, Live, at, fly_planned, places_of
+from compgen.pipelines.study.live_day import SliderValues, cycle_of, drawn_settings, overrides_of, planned_setting
+from compgen.pipelines.study.live_places import FlownText, Live, at, fly_planned, places_of
 from compgen.pipelines.study.live_sliders import day_of
 from compgen.verification.deviation import percentile99, sample_lengths
 
@@ -38,8 +38,8 @@ class LiveJob:
     job: Job
     planned: Planned
     corrected: Corrected
-    before: Flown  # the planned text
-    after: Flown  # the corrected one
+    before: FlownText  # the planned text
+    after: FlownText  # the corrected one
     live: Live
     band: LiveBand
 
@@ -49,7 +49,7 @@ class LiveJob:
 class Agreement:
     """The formula less the full computation at D settings: largest, p99 and rms of the error on the part."""
 
-    settings: tuple[Setting, ...]
+    settings: tuple[SliderValues, ...]
     before: Array  # (D, 3) [m]
     after: Array  # (D, 3) [m]
     band: Array  # (D,) [m] of its largest radius
@@ -74,7 +74,7 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
     job = load_job(path_file, robot, overrides)
     first = job if job.inputs["path"]["start"] is None else load_job(path_file, robot, [*overrides, FIRST_START])
     day = day_of(path_file, robot, overrides, first)
-    planned_text = lay_out(job)
+    planned_text = plan_geometry(job)
     planned, corrected = generate.generate(job, progress)
     prepared = prepared_for(job, corrected.program)
     before, after = (
@@ -105,7 +105,7 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
     )
 
 
-def check(live_job: LiveJob) -> Agreement:
+def check_agreement(live_job: LiveJob) -> Agreement:
     """Compare at the planned setting and at drawn ones: the job read anew with each, both texts flown by the twin.
 
     Raises:
@@ -127,13 +127,13 @@ def check(live_job: LiveJob) -> Agreement:
     return Agreement(settings, np.array(errors[0]), np.array(errors[1]), np.array(band))
 
 
-def _job_at(live_job: LiveJob, setting: Setting) -> Job:
+def _job_at(live_job: LiveJob, setting: SliderValues) -> Job:
     """The job of a setting, read from its files."""
     overrides = overrides_of(live_job.live.day, setting, averaged=live_job.job.ensemble is not None)
     return load_job(live_job.path_file, live_job.robot, [*live_job.overrides, *overrides])
 
 
-def _full(job: Job, flown: Flown) -> Array:
+def _full(job: Job, flown: FlownText) -> Array:
     """Largest, p99 and rms of the error of a text on the part, flown by the twin in another state, (3,) [m]."""
     actual = flown_pose(job, flown.geometry, flown.geometry.rises(job)).position
     size = np.linalg.norm((flown.error + actual - flown.position)[flown.on_part], axis=1)

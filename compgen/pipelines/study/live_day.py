@@ -15,7 +15,7 @@ from compgen.thermal.schedule import History, Shift, Step
 
 STARTS = ("delay", "run")  # kinds of sliders that say which start is meant
 ONE_START = "compensation.average_over={override_percent=[100]}"  # of a file that serves several: this one alone
-Setting = tuple[float, ...]  # a value of each slider, in its unit
+SliderValues = tuple[float, ...]  # a value of each slider, in its unit
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -89,12 +89,12 @@ def cycle_of(day: Day) -> Cycle:
     return Cycle(np.array(day.history.runs)[runs], duties)
 
 
-def planned_setting(day: Day) -> Setting:
+def planned_setting(day: Day) -> SliderValues:
     """All sliders as planned."""
     return tuple(slider.value for slider in day.sliders)
 
 
-def drawn_settings(sliders: Sequence[Slider], count: int = 20, seed: int = 19) -> tuple[Setting, ...]:
+def drawn_settings(sliders: Sequence[Slider], count: int = 20, seed: int = 19) -> tuple[SliderValues, ...]:
     """Settings anywhere in the ranges of the sliders, at their steps; the same for the same sliders."""
     generator = np.random.default_rng(seed)
 
@@ -107,7 +107,7 @@ def drawn_settings(sliders: Sequence[Slider], count: int = 20, seed: int = 19) -
     return tuple(tuple(draw(slider) for slider in sliders) for _ in range(count))
 
 
-def overrides_of(day: Day, setting: Setting, *, averaged: bool = False) -> list[str]:
+def overrides_of(day: Day, setting: SliderValues, *, averaged: bool = False) -> list[str]:
     """What ``--set`` says of a setting: the sliders that are not as planned.
 
     Args:
@@ -123,7 +123,7 @@ def overrides_of(day: Day, setting: Setting, *, averaged: bool = False) -> list[
     return overrides
 
 
-def history_at(day: Day, setting: Setting) -> History:
+def history_at(day: Day, setting: SliderValues) -> History:
     """What the cell did until the start that a setting means, with the moved numbers in the steps of its path file."""
     steps, air, start = [stage.step for stage in day.stages], day.history.air, Start()
     planned = list(steps)

@@ -27,7 +27,7 @@ from compgen.error_model.parameter_slopes import build_slopes, parameters_of
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with, turns_at
-from compgen.pipelines.study.live_day import Cycle, Day, Setting, history_at
+from compgen.pipelines.study.live_day import Cycle, Day, SliderValues, history_at
 from compgen.thermal import Duty, ThermalModel, rise_history, still_air
 from compgen.thermal.schedule import History
 from compgen.verification.deviation import Sizes, deviation_from_path, percentile99, sample_lengths
@@ -47,7 +47,7 @@ STRETCHES = 50  # in which the farthest in each of some directions are kept
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Flown:
+class FlownText:
     """A text as the twin flies it in the planned state, at M samples."""
 
     geometry: Geometry
@@ -75,7 +75,7 @@ class LivePlaces:
     length: Array  # (M,) [m] of part that each stands for; 0 of those that only the largest error asks for
 
 
-def places_of(job: Job, flown: Flown, dearer: Job | None) -> LivePlaces:
+def places_of(job: Job, flown: FlownText, dearer: Job | None) -> LivePlaces:
     """The places of a text that was executed.
 
     Args:
@@ -133,12 +133,12 @@ def single(values: Array) -> Array:
     return np.asarray(values).astype("<f4").astype(float)
 
 
-def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
+def fly_planned(job: Job, geometry: Geometry, rise: Array) -> FlownText:
     """A text flown as planned, at rises (M, K) [K]."""
     execution = execute_with(job, geometry, rise)
     deviation = deviation_from_path(geometry.path, [execution], len(rise))
     on_part = geometry.path.segments_on_part()
-    return Flown(
+    return FlownText(
         geometry=geometry,
         on_part=on_part[owning_segments(on_part, geometry.segment, np.flatnonzero(geometry.fraction == 0))],
         arc=deviation.arc,
@@ -236,7 +236,7 @@ class Live:
     cte: float  # as planned; 1 where no slider moves it
 
 
-def at(live: Live, setting: Setting, places: LivePlaces) -> Sizes:
+def at(live: Live, setting: SliderValues, places: LivePlaces) -> Sizes:
     """The error of one text with the sliders at a setting."""
     rise = rises_left(live.day.cell.heat, history_at(live.day, setting), places.time) + places.program
     slope = places.slope + expansion_factor(live, setting) * places.growth
@@ -252,6 +252,6 @@ def rises_left(heat: ThermalModel, history: History, time: Array) -> Array:
     return rise_history(heat, duties, history.clock + time, air=history.air)
 
 
-def expansion_factor(live: Live, setting: Setting) -> float:
+def expansion_factor(live: Live, setting: SliderValues) -> float:
     """cte / cte_0."""
     return next((v / live.cte for s, v in zip(live.day.sliders, setting, strict=True) if s.kind == "cte"), 1.0)

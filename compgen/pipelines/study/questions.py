@@ -18,7 +18,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.job import Job
 from compgen.job.start_window import late_rise
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.study.geometry import displacement, execute_with, lay_out, part_weight
+from compgen.pipelines.study.geometry import displacement, execute_with, part_weight, plan_geometry
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 
 MOST_PASSES = 6
@@ -42,7 +42,7 @@ def warmup(job: Job, limit: float) -> Answer:
     The drift is how far the error at a sample moves between the program's start and its end, as a file made for the
     state at the start would see it.
     """
-    geometry, moving, before = lay_out(job), _moving(job), job.history.before
+    geometry, moving, before = plan_geometry(job), _moving(job), job.history.before
     given = before[: job.history.given]
     last = max((n for n, duty in enumerate(given) if duty.state == "moving"), default=len(given))
     steps = [step for step in job.inputs["path"]["before"] if step["state"] == "moving"]
@@ -90,7 +90,7 @@ def validity(job: Job, limit: float) -> Answer:
             f"{job.source}: compensation.average_over: a file for many starts is valid for no one start; leave it out "
             "for this question, or see what cgen generate says of its starts"
         )
-    thin = lay_out(job).thinned(400)
+    thin = plan_geometry(job).thinned(400)
     rise = thin.rises(job)
     base = displacement(job, thin, rise)
 
@@ -126,7 +126,7 @@ def validity(job: Job, limit: float) -> Answer:
 
 def contributions(job: Job, limit: float) -> Answer:
     """Which node, which length, and what the arm errs cold, contributes how much to the largest error."""
-    geometry = lay_out(job)
+    geometry = plan_geometry(job)
     execution = execute_with(job, geometry)
     whole = displacement(job, geometry, execution.rise)
     worst = int(np.argmax(np.linalg.norm(whole, axis=1)))
@@ -168,7 +168,7 @@ def contributions(job: Job, limit: float) -> Answer:
 
 def steady(job: Job, limit: float) -> Answer:
     """When a steady duty's error stops changing: within a limit [m] of its end, and 95 % of it."""
-    geometry, moving = lay_out(job), _moving(job)
+    geometry, moving = plan_geometry(job), _moving(job)
     thin = geometry.thinned(200)
     hours = np.concatenate([np.linspace(0, 12, 49), np.linspace(13, 96, 84)])
     air = replace(job.history.air, amplitude=0.0)  # what a wave adds never settles
@@ -197,7 +197,7 @@ class Candidate:
 
 def _orders_at(jobs: list[Job], feed: float) -> Iterator[Candidate]:
     """Passes at a feed in each order, one warming the robot for the next."""
-    laid = [lay_out(job) for job in jobs]
+    laid = [plan_geometry(job) for job in jobs]
     some = [g.at(np.flatnonzero(part_weight(g, g))).thinned(150) for g in laid]  # judged as a bound is: on the part
     heat, history = jobs[0].heat, jobs[0].history
     for order in permutations(range(len(jobs))):

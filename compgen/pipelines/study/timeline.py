@@ -7,8 +7,8 @@ import numpy as np
 from compgen.core.arrays import Array, owns
 from compgen.job.job import Job
 from compgen.job.uncertainty import is_taught_with
-from compgen.pipelines.study.geometry import band_at_samples, displacement, lay_out
-from compgen.pipelines.uncertainty.not_known import Setting, setting_of
+from compgen.pipelines.study.geometry import band_at_samples, displacement, plan_geometry
+from compgen.pipelines.uncertainty.not_known import WorkSetting, setting_of
 from compgen.thermal import rise_history
 from compgen.thermal.ensemble import Start, duties_before, mean_rises
 from compgen.verification.band import Band
@@ -29,7 +29,7 @@ class Timeline:
     run_rise: Array  # (R, K) [K] then
     error: Array  # (R,) [m] largest error in each run without correction
     residual: Array  # (R,) [m] what one file leaves in each: for the first run, or for the job's starts
-    setting: Setting  # that the program works in
+    setting: WorkSetting  # that the program works in
     band: tuple[Band, Band]  # what the files leave open in the first run, and in the one that errs most
 
 
@@ -39,7 +39,7 @@ def timeline(job: Job) -> Timeline:
     A run warms the robot by what its duty says; within one run the rises are taken as those at its start, which is what
     differs from run to run.
     """
-    geometry = lay_out(job)
+    geometry = plan_geometry(job)
     history = job.history
     duties = [*history.before, *history.cycle, *history.after]
     end = max(sum(d.duration for d in duties), history.clock + float(geometry.prepared.timing.time[-1]))

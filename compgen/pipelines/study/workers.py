@@ -24,11 +24,11 @@ from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study.geometry import Geometry, band_at_samples, execute_with, lay_out
+from compgen.pipelines.study.geometry import Geometry, band_at_samples, execute_with, plan_geometry
 from compgen.pipelines.study.scenarios import Scenario, Study
 from compgen.verification.deviation import Deviation, deviation_from_path, statistics
 
-Row = dict[str, Any]
+StudyRow = dict[str, Any]
 KEPT = 4  # geometries at a time
 #: tables whose keys leave path, joints and timing alone: what the cell did, and what comes of it
 OF_DAY = ("before", "cycle", "after", "shift", "start", "ambient", "log")
@@ -53,7 +53,7 @@ class Shared:
         key = geometry_key(scenario)
         if key not in self._kept:
             try:
-                self._kept[key] = lay_out(job)
+                self._kept[key] = plan_geometry(job)
             except CompgenError as failure:
                 self._kept[key] = failure
             if len(self._kept) > KEPT:
@@ -69,9 +69,9 @@ def geometry_key(scenario: Scenario) -> tuple[tuple[str, str], ...]:
     return tuple((k, v) for k, v in scenario.values if not any(k == w or k.startswith(f"{w}.") for w in WARM))
 
 
-def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
+def evaluate(study: Study, scenario: Scenario, shared: Shared) -> StudyRow:
     """A scenario's row: its values with their results, or why it failed."""
-    row: Row = {"index": scenario.index, **{key: value.strip('"') for key, value in scenario.values}}
+    row: StudyRow = {"index": scenario.index, **{key: value.strip('"') for key, value in scenario.values}}
     try:
         job = load_job(study.path, study.robot, [*study.base, *scenario.overrides()])
         geometry = shared.of(scenario, job)
@@ -98,7 +98,7 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
     return row
 
 
-def _statistics(side: str, deviation: Deviation) -> Row:
+def _statistics(side: str, deviation: Deviation) -> StudyRow:
     table = statistics(deviation)
     row = {f"{side}_{k}": _round(v) for k, v in table["total"].items()}
     row[f"{side}_normal_max_um"] = _round(table["normal"]["max_um"])
@@ -113,7 +113,7 @@ def _round(value: float) -> float:
 def run(
     study: Study,
     done: set[int],
-    on_rows: Callable[[list[Row]], None],
+    on_rows: Callable[[list[StudyRow]], None],
     workers: int,
     cluster: str | None = None,
 ) -> None:
@@ -148,16 +148,18 @@ def _chunks(todo: Sequence[Scenario]) -> Iterator[list[Scenario]]:
             yield group[k : k + CHUNK]
 
 
-def _on_cores(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[list[Row]], None], workers: int) -> None:
+def _on_cores(
+    study: Study, chunks: list[list[Scenario]], on_rows: Callable[[list[StudyRow]], None], workers: int
+) -> None:
     """Chunks over processes; this thread waits where Ctrl-C can interrupt it without leaving a lock of the pool taken.
 
     An interrupt in the pool's own waiting may come between taking a lock and noting that it was taken: the pool then
     never ends. So the pool's thread hands over what is done, and this one only takes it from a queue.
     """
     context = multiprocessing.get_context("spawn")
-    results: SimpleQueue[tuple[list[Row], BaseException | None]] = SimpleQueue()
+    results: SimpleQueue[tuple[list[StudyRow], BaseException | None]] = SimpleQueue()
 
-    def hand_over(future: Future[list[Row]]) -> None:
+    def hand_over(future: Future[list[StudyRow]]) -> None:
         if not future.cancelled():
             failure = future.exception()
             results.put(([], failure) if failure is not None else (future.result(), None))
@@ -196,12 +198,12 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _compute(chunk: list[Scenario]) -> list[Row]:
+def _compute(chunk: list[Scenario]) -> list[StudyRow]:
     study, shared = _STUDIES["study"]
     return [evaluate(study, scenario, shared) for scenario in chunk]
 
 
-def _apart(study: Study, chunk: list[Scenario]) -> list[Row]:
+def _apart(study: Study, chunk: list[Scenario]) -> list[StudyRow]:
     """A chunk on a machine of the cluster, which keeps the geometry between chunks of one study."""
     if study.identity not in _STUDIES:
         _STUDIES.clear()
@@ -209,7 +211,9 @@ def _apart(study: Study, chunk: list[Scenario]) -> list[Row]:
     return [evaluate(study, scenario, _STUDIES[study.identity][1]) for scenario in chunk]
 
 
-def _on_cluster(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[list[Row]], None], address: str) -> None:
+def _on_cluster(
+    study: Study, chunks: list[list[Scenario]], on_rows: Callable[[list[StudyRow]], None], address: str
+) -> None:
     try:
         import distributed
 

@@ -34,7 +34,7 @@ PARTED = 256  # waypoints by which it is parted into where the part stands and t
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class DrivenProgram(PromptMotion):
+class WaypointProgram(PromptMotion):
     """A program of N waypoints as it is driven."""
 
     job: Job
@@ -50,7 +50,7 @@ class Places(PromptMotion):
     turned: Array | None = None  # (M, 6) how each joint's direction changes with the logarithm of its width
 
 
-def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
+def band_along(program: WaypointProgram, window: float = 0.0) -> Band:
     """What a job's files leave open along its program.
 
     Args:
@@ -58,7 +58,7 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
         window: How late it may start [s].
     """
     rows = rows_of_band(program)
-    uncertainty = uncertainty_of(program, window)
+    uncertainty = job_uncertainty(program, window)
     turned = _turned(program, uncertainty, rows)
     parts = [slice(k, k + ROWS) for k in range(0, len(rows), ROWS)]
     columns = (_columns(program, uncertainty, rows[part], turned[part]) for part in parts)
@@ -100,7 +100,7 @@ def _has_values(source: Source) -> bool:
     return source.FITTING is not None and any(np.any(getattr(source, p.field)) for p in source.PARAMETERS)
 
 
-def uncertainty_of(program: DrivenProgram, window: float = 0.0) -> JobUncertainty:
+def job_uncertainty(program: WaypointProgram, window: float = 0.0) -> JobUncertainty:
     """What a program's job does not know, with the middle of its path for the middle of the part."""
     path = program.path
     places = path.target.position[path.rows_on_part()]
@@ -108,7 +108,7 @@ def uncertainty_of(program: DrivenProgram, window: float = 0.0) -> JobUncertaint
     return quantities_of(program.job, window, (low + high) / 2)
 
 
-def rows_of_band(program: DrivenProgram) -> IntArray:
+def rows_of_band(program: WaypointProgram) -> IntArray:
     """Waypoints that show the band: evenly along the path, where the tool touches and leaves, through each reversal."""
     N, path = len(program.time), program.path
     if N <= ROWS:
@@ -124,7 +124,7 @@ def rows_of_band(program: DrivenProgram) -> IntArray:
     return np.unique(np.concatenate(rows))
 
 
-def columns_along(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray) -> Columns:
+def columns_along(program: WaypointProgram, uncertainty: JobUncertainty, rows: IntArray) -> Columns:
     """What one unit of each quantity does to the position error at some waypoints.
 
     Args:
@@ -135,7 +135,7 @@ def columns_along(program: DrivenProgram, uncertainty: JobUncertainty, rows: Int
     return _columns(program, uncertainty, rows, _turned(program, uncertainty, rows))
 
 
-def _columns(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray, turned: Array) -> Columns:
+def _columns(program: WaypointProgram, uncertainty: JobUncertainty, rows: IntArray, turned: Array) -> Columns:
     """``columns_along`` with what the widths of reversals do to the directions there, (M, 6)."""
     job = program.job
     history = replace(job.history, before=job.duties_before())
@@ -247,7 +247,7 @@ def by_source(uncertainty: JobUncertainty) -> list[Quantity]:
     ]
 
 
-def _turned(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray) -> Array:
+def _turned(program: WaypointProgram, uncertainty: JobUncertainty, rows: IntArray) -> Array:
     r"""By how much each joint's direction changes with the logarithm of its width w, (M, 6); zero if none is off.
 
     Over one standard deviation s to both sides, since a direction stays within [-1, 1]:

@@ -19,12 +19,12 @@ from compgen.core.evaluation import map_blocks
 from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
-from compgen.error_model.uncertain_sources import Cause, combined
+from compgen.error_model.uncertain_sources import DrawnCause, combined
 from compgen.job.bounds import Guarantee
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, amounts, changed_job
 from compgen.pipelines.files.twin_of_job import at_start, deviation_of, twin_of
-from compgen.pipelines.uncertainty.band_columns import DrivenProgram, columns_along, rows_of_band, uncertainty_of
+from compgen.pipelines.uncertainty.band_columns import WaypointProgram, columns_along, job_uncertainty, rows_of_band
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.band import LENGTH, Columns, directed_moment, radius_of, random_field
@@ -78,8 +78,8 @@ class FlownDraw(NamedTuple):
     moved: Array  # (M, 3) [m] by its quantities, at the places of the columns
 
 
-def fly_draws(
-    program: DrivenProgram,
+def fly_program_draws(
+    program: WaypointProgram,
     prepared: PreparedProgram,
     deviation: Deviation,
     window: float,
@@ -99,13 +99,13 @@ def fly_draws(
     guarantee = guarantee or program.job.bounds.guaranteed
     if guarantee is None:
         return None
-    uncertainty, rows = uncertainty_of(program, window), rows_of_band(program)
+    uncertainty, rows = job_uncertainty(program, window), rows_of_band(program)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, COMPARED).astype(int))]
     columns, samples = columns_along(program, uncertainty, rows), prepared.first_samples()[rows]
     own, path, scale = program.job, program.path, program.job.cell.fit.scale
     place, arc, on_part = path.target.position[rows], path.arc[rows], path.contact[rows]
 
-    def fly(cause: Cause, rng: np.random.Generator) -> FlownDraw:
+    def fly(cause: DrawnCause, rng: np.random.Generator) -> FlownDraw:
         field = unexplained(columns, scale, place, arc, rng)
         start, known = Start(), deviation.error[samples]
         if own.ensemble is not None:
@@ -132,7 +132,7 @@ def draw(
     columns: Columns,
     on_part: BoolArray,
     scale: float,
-    fly: Callable[[Cause, np.random.Generator], FlownDraw],
+    fly: Callable[[DrawnCause, np.random.Generator], FlownDraw],
     progress: Callable[[float], None],
 ) -> FlownDraws:
     """Draw what is not known, have each draw flown, and compare the flights with the linear band.

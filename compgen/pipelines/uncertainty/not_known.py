@@ -26,7 +26,7 @@ SPINDLE = (2 * UM, 5 * UM)  # that a spindle moved for 0.5 and for 2 K of its ow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class WorkSetting:
     """How far out, with what tool and how warm a program works."""
 
     reach: float  # [m] of its farthest place from the axis of J1
@@ -36,9 +36,9 @@ class Setting:
     is_tool_taught: bool = False  # with the part's frame, in whose row of the budget it is
 
 
-def setting_of(position: Array, tool: Array, rise: Array, *, is_tool_taught: bool = False) -> Setting:
+def setting_of(position: Array, tool: Array, rise: Array, *, is_tool_taught: bool = False) -> WorkSetting:
     """Of a program that takes TCPs (T, 3) [m] of the flange to places in World (N, 3) [m], at rises (M, K) [K]."""
-    return Setting(
+    return WorkSetting(
         reach=float(row_norms(position[:, :2]).max()),
         tool=float(row_norms(tool).max()),
         warmest=float(np.abs(rise).max(initial=0.0)),
@@ -47,7 +47,7 @@ def setting_of(position: Array, tool: Array, rise: Array, *, is_tool_taught: boo
     )
 
 
-def not_known(cell: Cell, band: Band, setting: Setting) -> tuple[Unknown, ...]:
+def not_known(cell: Cell, band: Band, setting: WorkSetting) -> tuple[Unknown, ...]:
     """What a band leaves out because nothing is known of it: the robot file's rows, then those of the job.
 
     Args:
@@ -82,7 +82,7 @@ def _declared(cell: Cell, band: Band) -> set[str]:
     return names if names & OF_GEOMETRY else names - {LinkOffsets.BUDGET}
 
 
-def _of_job(cell: Cell, setting: Setting) -> tuple[Unknown, ...]:
+def _of_job(cell: Cell, setting: WorkSetting) -> tuple[Unknown, ...]:
     """What no file says of the job, by what ends it."""
     reach, air = setting.reach, COVERAGE * (cell.warmth.air or 1.0)
     return (

@@ -7,7 +7,7 @@ from compgen.core.exceptions import RESULT, refuse_changes
 from compgen.pipelines.comparison.comparison import Comparison
 from compgen.pipelines.comparison.comparison import compare as pipeline
 from compgen.report.compare_page import comparison_files, courses_figure
-from compgen.report.compare_words import comparison_record, headline
+from compgen.report.compare_words import comparison_record, what_changed
 from compgen.report.notebook.arguments import File, file_name
 from compgen.report.notebook.machine import numpy_alone, plotly_figure
 
@@ -46,7 +46,7 @@ class ComparedOutputs:
         return comparison_files(self.result)
 
     def __repr__(self) -> str:
-        return f"<ComparedOutputs: {headline(self.result)}>"
+        return f"<ComparedOutputs: {what_changed(self.result)}>"
 
 
 refuse_changes(ComparedOutputs, *RESULT)

@@ -17,7 +17,7 @@ from compgen.pipelines.planned import generate as pipeline
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.planned.many_starts import Averaged
 from compgen.report.job_page import FIGURES, job_figures, job_reports
-from compgen.report.job_summary import band_of, job_summary
+from compgen.report.job_summary import job_band, job_summary
 from compgen.report.notebook.arguments import (
     STATE,
     File,
@@ -127,7 +127,7 @@ class _OfJob:
         Returns:
             (N, 6) [m].
         """
-        return band_of(self.planned, self.corrected).half_widths(self.planned.path)
+        return job_band(self.planned, self.corrected).half_widths(self.planned.path)
 
     def to_dataframe(self) -> Any:
         """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a waypoint.

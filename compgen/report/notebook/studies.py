@@ -12,7 +12,7 @@ from compgen.core.stages import Progress
 from compgen.core.toml import brief_value
 from compgen.core.units import UM
 from compgen.job.job import Job
-from compgen.pipelines.study import Answer, Row, Study, build, run
+from compgen.pipelines.study import Answer, Study, StudyRow, build, run
 from compgen.pipelines.study.questions import answer_questions, base_job, check_study
 from compgen.report.answer_figures import TITLES, answer_figure
 from compgen.report.key_words import words_of
@@ -34,7 +34,7 @@ from compgen.report.notebook.arguments import (
 from compgen.report.notebook.machine import data_frame, logger, numpy_alone, plotly_figure
 from compgen.report.study_figures import error_against
 from compgen.report.study_page import study_files, study_sentences
-from compgen.report.study_tables import StudyOutcome, column_names
+from compgen.report.study_tables import StudyOutcome, study_columns
 
 MAX_PROCESSES = 1024
 EXAMPLE = "{'duty': [0.2, 0.5]}"
@@ -47,7 +47,7 @@ class StudyResult:
     path: str
     overrides: tuple[str, ...]
     study: Study | None  # None where only questions were asked
-    rows: tuple[Row, ...]
+    rows: tuple[StudyRow, ...]
     answers: tuple[Answer, ...]
     base: Job | None = None  # that all scenarios share; None where it cannot be read without their values
 
@@ -63,7 +63,7 @@ class StudyResult:
         """Columns of ``whatif.csv`` by their names: what was varied as numbers where it is, NaN where there is none."""
         if self.study is None:
             return {}
-        names = column_names(self.study, list(self.rows))
+        names = study_columns(self.study, list(self.rows))
         return {name: [_cell(row.get(name), name) for row in self.rows] for name in names}
 
     def array(self, column: str) -> np.ndarray[Any, Any]:
@@ -174,11 +174,11 @@ def study(
     return result
 
 
-def _rows(grid: Study, workers: int, progress: Progress) -> list[Row]:
+def _rows(grid: Study, workers: int, progress: Progress) -> list[StudyRow]:
     """The rows of all scenarios, in their order."""
-    rows: list[Row] = []
+    rows: list[StudyRow] = []
 
-    def keep(new: list[Row]) -> None:
+    def keep(new: list[StudyRow]) -> None:
         rows.extend(new)
         progress(stages.SCENARIOS, len(rows) / len(grid.scenarios))
 

@@ -3,14 +3,14 @@
 from compgen.thermal.tables.day import ambient_of, believed_rises, held_air, log_of, shifts_of, steps_of
 from compgen.thermal.tables.ensemble import ensemble_of, ensemble_of_words, start_of
 from compgen.thermal.tables.materials import check_materials
-from compgen.thermal.tables.model import check_sensors, growth_of, network_of, node_model_of, profiles_of
+from compgen.thermal.tables.model import check_sensor_rises, growth_of, network_of, node_model_of, profiles_of
 from compgen.thermal.tables.uncertainty import uncertainty_of
 
 __all__ = [
     "ambient_of",
     "believed_rises",
     "check_materials",
-    "check_sensors",
+    "check_sensor_rises",
     "ensemble_of",
     "ensemble_of_words",
     "growth_of",

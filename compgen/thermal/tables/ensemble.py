@@ -13,7 +13,7 @@ from compgen.thermal.tables.schema import StartTable
 Delay = Annotated[FiniteFloat, Field(ge=0, le=57_600)]  # s, sixteen hours: after that a robot has forgotten its start
 Override = Annotated[FiniteFloat, Field(ge=1, le=100)]  # %
 Feed = Annotated[FiniteFloat, Field(gt=0, le=1e4)]  # mm/s
-Run = Annotated[int, Field(ge=1, le=20_000)]
+RunNumber = Annotated[int, Field(ge=1, le=20_000)]
 
 
 class AverageOverTable(Table):
@@ -25,7 +25,7 @@ class AverageOverTable(Table):
     """Overrides at which the program runs, equally often; default 100."""
     feed_mm_s: Annotated[list[Feed], Field(min_length=1, max_length=16)] | None = None
     """The same by the feeds that they come to, none above process.feed_mm_s; this or override_percent."""
-    runs: Literal["all"] | Annotated[list[Run], Field(min_length=2, max_length=2)] | None = None
+    runs: Literal["all"] | Annotated[list[RunNumber], Field(min_length=2, max_length=2)] | None = None
     """First and last run of [[cycle]], from 1, all between counting alike, or "all"; default the first alone."""
 
 

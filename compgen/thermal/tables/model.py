@@ -39,7 +39,7 @@ def node_model_of(table: sc.ThermalTable, where: str) -> NodeModel:
     )
 
 
-def check_sensors(table: sc.ThermalTable, where: str) -> None:
+def check_sensor_rises(table: sc.ThermalTable, where: str) -> None:
     """Raises InputError where a sensor shows a rise that neither heat model of the file has."""
     known = [node.name for node in table.node]
     if table.network:

@@ -111,14 +111,14 @@ def row_noise(values: Array) -> float:
     return float(np.median([1.4826 * np.median(np.abs(c)) for c in third[moving].T]) / np.sqrt(20))
 
 
-class Reading(NamedTuple):
+class LogReading(NamedTuple):
     """What a log's numbers may mean."""
 
     words: str  # that name it; none of the plain meaning
     position: Callable[[], Array]  # (M, 3) [m] in World
 
 
-def _readings(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: bool) -> list[Reading]:
+def _readings(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: bool) -> list[LogReading]:
     """What positions may mean, the plain meaning first."""
     if log.is_joints:
 
@@ -127,10 +127,10 @@ def _readings(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: b
 
         from_link = "J3 counted against link 2; say --j3 link2, or give the pendant's, against the horizontal"
         return [
-            Reading("", lambda: reached(log.numbers)),
-            Reading("joints in radians; give j1_deg to j6_deg in degrees", lambda: reached(log.numbers / DEG)),
-            Reading(from_link, lambda: reached(log.numbers - log.numbers[:, 1:2] * np.eye(6)[2])),
-            Reading(
+            LogReading("", lambda: reached(log.numbers)),
+            LogReading("joints in radians; give j1_deg to j6_deg in degrees", lambda: reached(log.numbers / DEG)),
+            LogReading(from_link, lambda: reached(log.numbers - log.numbers[:, 1:2] * np.eye(6)[2])),
+            LogReading(
                 "J3 counted against the horizontal; leave --j3 link2 out",
                 lambda: reached(log.numbers + log.numbers[:, 1:2] * np.eye(6)[2]),
             ),
@@ -138,17 +138,17 @@ def _readings(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: b
     number, tool = course.numbers
     inside, as_it_is = course.frame.act, np.asarray
     plain, other = (as_it_is, inside) if world else (inside, as_it_is)
-    readings = [Reading("", lambda: plain(log.place))]
+    readings = [LogReading("", lambda: plain(log.place))]
     if number:
         words = f"positions in UFRAME {number}; leave --in-world out" if world else "positions in World; say --in-world"
-        readings.append(Reading(words, lambda: other(log.place)))
+        readings.append(LogReading(words, lambda: other(log.place)))
     mend = "give x_mm, y_mm, z_mm in mm"
-    readings.append(Reading(f"metres, not millimetres; {mend}", lambda: plain(log.place / MM)))
-    readings.append(Reading(f"inches, not millimetres; {mend}", lambda: plain(log.place * INCH / MM)))
+    readings.append(LogReading(f"metres, not millimetres; {mend}", lambda: plain(log.place / MM)))
+    readings.append(LogReading(f"inches, not millimetres; {mend}", lambda: plain(log.place * INCH / MM)))
     if tool:
         words = f"positions of the flange (UTOOL 0); log with UTOOL {tool}, the program's"
         rotation = partial(_rotations, log, course, robot, world=world)
-        readings.append(Reading(words, lambda: (Pose(plain(log.place), rotation()) @ course.tool).position))
+        readings.append(LogReading(words, lambda: (Pose(plain(log.place), rotation()) @ course.tool).position))
     return readings
 
 
@@ -168,7 +168,7 @@ def _rotations(
     return rotation if world else np.asarray(course.frame.rotation @ rotation)
 
 
-def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) -> NoReturn:
+def _refuse(log: PositionLog, course: ProgramCourse, readings: list[LogReading]) -> NoReturn:
     """Raises InputError with what would make a log fit, or that nothing does."""
     source = log.table.source
     others = [(_followed(log, course, reading.position()), reading.words) for reading in readings[1:]]
@@ -184,7 +184,7 @@ def _refuse(log: PositionLog, course: ProgramCourse, readings: list[Reading]) ->
         )
     moved = shape_elsewhere(course, place, travelled)
     if moved is not None:
-        raise InputError(f"{source}: {motion_words(moved, course)}{course.places_hint}")
+        raise InputError(f"{source}: {moved_words(moved, course)}{course.places_hint}")
     track = follow(course, place, travelled)
     where = "no row is within 5 mm of it"
     way = float(travelled[-1] - travelled[0])
@@ -238,7 +238,7 @@ def _check_orientation(course: ProgramCourse, followed: FollowedLog, robot: Robo
     )
 
 
-class Offset(NamedTuple):
+class ConstantOffset(NamedTuple):
     """An offset that is the same in all rows."""
 
     vector: Array  # (3,) [m]
@@ -246,7 +246,7 @@ class Offset(NamedTuple):
     in_tool: bool  # constant in the tool's axes, else in World
 
 
-def constant_offset(course: ProgramCourse, way: IntArray, off: Array) -> Offset | None:
+def constant_offset(course: ProgramCourse, way: IntArray, off: Array) -> ConstantOffset | None:
     """The constant vector that explains most of rows' deviations (m, 3) [m] on ways (m,); None where none is known."""
     t = course.tangents()[way]
     square = np.eye(3) - t[:, :, None] * t[:, None, :]
@@ -258,7 +258,7 @@ def constant_offset(course: ProgramCourse, way: IntArray, off: Array) -> Offset 
         vector = np.linalg.solve(normal, np.einsum("mij,mi->j", matrix, off))
         explained = 1 - float(((off - np.einsum("mij,j->mi", matrix, vector)) ** 2).sum()) / max(total, 1e-30)
         if best is None or explained > best.explained + 1e-6:
-            best = Offset(vector, explained, in_tool)
+            best = ConstantOffset(vector, explained, in_tool)
     return best
 
 
@@ -321,7 +321,7 @@ def turn_of(moved: Pose) -> float:
     return float(np.linalg.norm(rotation_vector(moved.rotation)))
 
 
-def motion_words(moved: Pose, course: ProgramCourse) -> str:
+def moved_words(moved: Pose, course: ProgramCourse) -> str:
     """Where a log is against its course, and what that may come from; ``moved`` brings it there."""
     at = _millimetres(moved.inverse().position)
     where = f"at a constant offset of {at}"
@@ -330,7 +330,7 @@ def motion_words(moved: Pose, course: ProgramCourse) -> str:
     return f"it has this program's shape, {where} {_in_world(course)}; log with the program's own, or give --frames"
 
 
-def offset_words(offset: Offset, course: ProgramCourse) -> str:
+def offset_words(offset: ConstantOffset, course: ProgramCourse) -> str:
     """An offset, and what it may come from."""
     origin = f"in the tool's axes: another tool than UTOOL {course.numbers[1]}" if offset.in_tool else _in_world(course)
     return f"a constant offset of {_millimetres(offset.vector)} {origin}"

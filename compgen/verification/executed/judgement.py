@@ -13,7 +13,7 @@ from compgen.core.units import MM, MS, PERCENT, UM, counted
 from compgen.verification.executed.clock_fit import ClockFit, chords, fit_clock, nearest_rows
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import FollowedLog, constant_offset, offset_words
-from compgen.verification.executed.path_deviation import RESTING, Likeness, PathDeviation, deviation_of
+from compgen.verification.executed.path_deviation import RESTING, Likeness, PathDeviation, log_deviation
 
 WHOLE = 0.998  # of the course that a whole run covers
 FASTEST = 1.05  # of the written speeds, that a run takes: corners are cut and clocks are off
@@ -64,7 +64,7 @@ def measure(course: ProgramCourse, followed: FollowedLog) -> tuple[PathDeviation
     Raises:
         InputError: The clock steps, or all of the log is at a constant offset that no controller makes.
     """
-    deviation = deviation_of(course, followed)
+    deviation = log_deviation(course, followed)
     refuse_clock_steps(followed, deviation)
     return deviation, fit_clock(course, deviation.time, deviation.arc, max(deviation.noise, 1e-6))
 

@@ -49,7 +49,7 @@ class PathDeviation:
     away: int  # rows farther than that from the course between the first and the last that is on it
 
 
-def deviation_of(course: ProgramCourse, followed: FollowedLog) -> PathDeviation:
+def log_deviation(course: ProgramCourse, followed: FollowedLog) -> PathDeviation:
     """How far the rows of a log are off the course."""
     track, projection = followed.track, followed.projection
     on = track.row[track.on]

@@ -28,7 +28,7 @@ from compgen.verification.twin.faulty_arm import TwinError
 from compgen.verification.twin.heat import mode_states, state_after_duties
 from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
 from compgen.verification.twin.real_arm import Twin, refuse_interference, refuse_wrong_inverse
-from compgen.verification.twin.timing import SAME_POSITION, ProgramTiming, statement_times, time_program, time_smoothed
+from compgen.verification.twin.timing import SAME_POSITION, ProgramTiming, segment_times, time_program, time_smoothed
 
 SPACING = 1e-3  # m between samples at most
 CHUNK = 16384  # segments at a time
@@ -217,7 +217,7 @@ class PreparedProgram:
             timing = time_smoothed(robot.controller, robot.motion, self.program, length, slower.override)
             return replace(slower, timing=timing, led=slower.motion_deviation())
         duration, controller = np.diff(self.timing.unrounded) / share, robot.controller
-        whole = statement_times(controller, duration, self.program.via, rounds_up=True)
+        whole = segment_times(controller, duration, self.program.via, rounds_up=True)
         taken = whole if controller.rounds_up_to_period else duration
         factor = np.diff(self.timing.time) / taken
         timing = self.timing._replace(

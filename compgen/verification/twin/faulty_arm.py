@@ -32,8 +32,8 @@ from compgen.verification.twin.nominal_arm import (
     AGREEMENT,
     build_composition,
     build_load_torque,
-    build_model,
     build_placed_chain,
+    pinocchio_model,
 )
 
 #: the link that each heated length belongs to, and the link's axis along it
@@ -246,7 +246,7 @@ class FaultyArm:
 
 def build_faulty_arm(robot: Robot, faults: Faults) -> FaultyArm:
     """The twin's nominal arm with faults."""
-    return FaultyArm(robot, *build_model(robot), faults)
+    return FaultyArm(robot, *pinocchio_model(robot), faults)
 
 
 def _of_one_place(distortions: Sequence[ThermalDistortion], row: int) -> list[list[ThermalDistortion]]:

@@ -154,7 +154,7 @@ def build_load_torque(robot: Robot) -> Any:
     row_norms = {"angles": 6, "tool_position": 3, "tool_rows": 9, "mass": 6, "moment": 18, "gravity": 3, "force": 3}
     symbols = [ca.SX.sym(name, size) for name, size in row_norms.items()]
     angles, tool_position, tool_rows, mass, moment, gravity, force = symbols
-    model, flange = build_model(robot)
+    model, flange = pinocchio_model(robot)
     position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
     joints, weights = [], []
     for i, axis in enumerate(AXES):
@@ -174,7 +174,7 @@ def build_load_torque(robot: Robot) -> Any:
     return ca.Function("load_torque", symbols, ca.cse([ca.vertcat(*torque), tcp]))
 
 
-def build_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
+def pinocchio_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
     """The nominal arm in pinocchio, and the flange seen from its last joint."""
     model = pin.Model()
     parent = 0
@@ -197,7 +197,7 @@ def pinocchio_difference(robot: Robot, tool: Pose, theta: Array, growth: Array, 
         growth: Growths of the lengths there, (S, 6) [m].
         pose: Of the TCP there by the expression, S of them.
     """
-    model, flange = build_model(robot)
+    model, flange = pinocchio_model(robot)
     nominal = Pose.from_rows(*evaluate(build_grown_pose(robot, tool), theta, np.zeros((1, len(LENGTHS)))))
     nominal_offsets = np.tile([p.translation for p in model.jointPlacements][1:], (len(theta), 1, 1))
     grown_offsets = nominal_offsets.copy()

@@ -114,7 +114,7 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
     a, j = _ramp_limits(robot, program, theta, way)
     lines = _Lines(word=program.speed, length=way, from_stop=program.fine[:-1], to_stop=program.fine[1:], a=a, j=j)
     driven = _drive(lines)
-    whole = statement_times(robot.controller, driven.duration, program.via, rounds_up=True)
+    whole = segment_times(robot.controller, driven.duration, program.via, rounds_up=True)
     taken = whole if robot.controller.rounds_up_to_period else driven.duration
     return ProgramTiming(
         time=cumulated(taken),
@@ -131,7 +131,7 @@ def time_smoothed(
 ) -> ProgramTiming:
     """The timing of a program whose controller smooths as is known, at an override, of segments (N - 1,) [m]."""
     words = length / (program.speed * override)
-    whole = statement_times(controller, words, program.via, rounds_up=True)
+    whole = segment_times(controller, words, program.via, rounds_up=True)
     taken = whole if controller.rounds_up_to_period else words
     short, long = (settling_of(motion.in_run(first)) for first in (0.0, inf))
     begins_long = first_of_runs(taken, program) > (motion.long if motion.after_long else inf)
@@ -187,7 +187,7 @@ def _passed(settling: Settling, taken: Array, fine: BoolArray) -> _Passed:
     return _Passed(np.append(0.0, begin + after), rate, np.clip(held / taken, 0.0, 1.0))
 
 
-def statement_times(controller: Controller, duration: Array, via: BoolArray, *, rounds_up: bool) -> Array:
+def segment_times(controller: Controller, duration: Array, via: BoolArray, *, rounds_up: bool) -> Array:
     """How long the controller takes for segments (S,) [s]; the two of an arc share its statement's time.
 
     Args:

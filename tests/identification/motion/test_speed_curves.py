@@ -8,7 +8,7 @@ from compgen import fanuc
 from compgen.identification.motion.log_program import motion_log_program
 from compgen.identification.motion.speed_curves import shown_speeds
 from compgen.identification.motion.timed_windows import timed_windows
-from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_program_text
 from compgen.pipelines.executed.simulated_log import Logger, simulated_log
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
@@ -28,7 +28,7 @@ def stretches(tmp_path_factory):
     log = tmp_path_factory.mktemp("log") / "run.csv"
     log.write_bytes(simulated_log(text, there, MOTION, 1.0, Logger(noise=1e-6)))
     course = there.course(text)
-    run = judge_log(read_text("LOG.LS", text), course, read_position_log(str(log)), there)
+    run = judge_log(read_program_text("LOG.LS", text), course, read_position_log(str(log)), there)
     return {s.what: s for s in shown_speeds(course, timed_windows(run, robot).windows, robot, course.tool, MOTION)}
 
 

@@ -6,7 +6,7 @@ from motion_code import DOWN, driven, program
 from shipped import ROOT
 
 from compgen.core.finding_codes import Code
-from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_program_text
 from compgen.pipelines.files.robot_file import load_robot
 from compgen.program.frames import default_frames
 from compgen.verification.executed.position_log import read_position_log
@@ -32,7 +32,7 @@ def findings(folder, points, speed, moved=None, by=(0, 0, 0), means=MEANS, noise
     (folder / "RUN.LS").write_bytes(content)
     robot = load_robot(str(ROOT / "robots" / "m710ic50.toml"))
     around = Situation(robot, default_frames(), {}, lambda name: None)
-    written = read_text(str(folder / "RUN.LS"), content)
+    written = read_program_text(str(folder / "RUN.LS"), content)
     return judge_log(written, around.course(content), read_position_log(folder / "log.csv"), around)
 
 

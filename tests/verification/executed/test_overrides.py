@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from motion_code import PERIOD, driven, program
 
-from compgen.pipelines.executed.executed import Situation, judge_log, read_text
+from compgen.pipelines.executed.executed import Situation, judge_log, read_program_text
 from compgen.program.frames import default_frames
 from compgen.verification.executed.position_log import read_position_log
 
@@ -33,7 +33,7 @@ def judged(folder, robot, points, speed, fine, words=None, missing=0.0, **run):
     head = "time_s,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg"
     (folder / "log.csv").write_text("\n".join([head, *(",".join(f"{v:.3f}" for v in row) for row in rows), ""]))
     around = Situation(robot, default_frames(), {}, lambda name: None)
-    content = read_text(str(folder / "RUN.LS"), text)
+    content = read_program_text(str(folder / "RUN.LS"), text)
     return judge_log(content, around.course(text), read_position_log(folder / "log.csv"), around)
 
 

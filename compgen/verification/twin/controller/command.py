@@ -84,7 +84,7 @@ class WrittenPath:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 @owns(time=("M",), segment=("M",), fraction=("M",), position=("M", 3), arc=("M",))
-class Command:
+class CommandedMotion:
     """M samples of a commanded motion, a step apart, from the first position to the last and until all has settled."""
 
     step: float  # [s]
@@ -190,7 +190,7 @@ def corner_wait(robot: Robot, kept: Array, spread: Array) -> Array:
     return np.asarray(period * np.floor((periods - 1) * (1 - np.sqrt(kept)) + SAME_PERIOD))
 
 
-def sample_command(robot: Robot, path: WrittenPath, override: float = 1.0, parts: int = 1) -> Command:
+def sample_command(robot: Robot, path: WrittenPath, override: float = 1.0, parts: int = 1) -> CommandedMotion:
     """The commanded motion of a program, from its start until all has settled.
 
     Args:
@@ -204,7 +204,7 @@ def sample_command(robot: Robot, path: WrittenPath, override: float = 1.0, parts
     return command_at(path, path.arcs(), clock.position_numbers(samples), samples, step)
 
 
-def command_at(path: WrittenPath, arcs: Array, number: Array, time: Array, step: float) -> Command:
+def command_at(path: WrittenPath, arcs: Array, number: Array, time: Array, step: float) -> CommandedMotion:
     """Samples of a program at numbers of positions, as ``CommandClock.position_numbers`` counts them.
 
     Args:
@@ -217,7 +217,7 @@ def command_at(path: WrittenPath, arcs: Array, number: Array, time: Array, step:
     segment = np.minimum(number.astype(np.int64), len(arcs) - 2)
     fraction = number - segment
     arc = arcs[segment] + fraction * path.sweep.length[segment]
-    return Command(
+    return CommandedMotion(
         step=step, time=time, segment=segment, fraction=fraction, position=path.places(segment, fraction), arc=arc
     )
 

@@ -28,8 +28,8 @@ from compgen.core.rotations import rotation_matrix
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.verification.twin.controller.command import (
-    Command,
     CommandClock,
+    CommandedMotion,
     WrittenPath,
     command_at,
     command_clock,
@@ -241,7 +241,7 @@ def _blocks(
     step: float,
     first: IntArray,
     chosen: BoolArray | None,
-) -> Iterator[tuple[slice, Command, Array]]:
+) -> Iterator[tuple[slice, CommandedMotion, Array]]:
     """Block by block of samples in time: the places that are passed in it, the command, and the smoothed way (M,) [m].
 
     Each begins so early that what was before no longer counts; ``first`` are the first places of positions, (N,). Of
@@ -317,7 +317,7 @@ def small_turn(mean: Array, written: Array) -> Array:
 
 
 def _led_by_joints(
-    robot: Robot, tool: Pose, path: WrittenPath, motion: ControllerMotion, command: Command
+    robot: Robot, tool: Pose, path: WrittenPath, motion: ControllerMotion, command: CommandedMotion
 ) -> tuple[Array, Array]:
     """Places of the TCP (M, 3) [m] and its rotations (M, 9), row by row, where the joints are smoothed."""
     joints = smooth(path.joints(robot, tool, command.segment, command.fraction), command.step, motion)
