@@ -34,7 +34,7 @@ TOOL = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
 KNOWN = ("line", "run", "direction", "time_s", *PLACE, *DEVIATION, *TURN, *TOOL, *JOINTS, "sigma_um")
 
 
-def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
+def read_axis_tests(source: str, robot: Robot, nodes: int) -> Measurements:
     """One file of axis tests in World.
 
     Columns: ``direction`` (1 towards larger coordinates, -1 back), commanded ``x_mm y_mm z_mm`` of the tool, measured

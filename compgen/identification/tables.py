@@ -10,7 +10,7 @@ Name = Annotated[str, Field(pattern=NAME, max_length=32)]
 Direction = Annotated[list[Annotated[FiniteFloat, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
 
 
-class TaughtTable(Table):
+class OwnPlacesTable(Table):
     """That places are where this robot itself commanded its probe when it touched them: its cold errors are in them."""
 
     rise_K: dict[Annotated[str, Field(max_length=32)], Annotated[FiniteFloat, Field(ge=-80, le=80)]] = {}
@@ -28,7 +28,7 @@ class ArtefactTable(Table):
     """Temperature of the artefact while it is touched."""
     certified: bool | None = None
     """Whether places and lengths are certified; left out: a [[length]] is, places are not."""
-    taught: TaughtTable | None = None
+    taught: OwnPlacesTable | None = None
     """That this robot has taught the places; left out: an instrument has measured them. For cgen anchor."""
 
 
@@ -64,7 +64,7 @@ class LengthTable(Table):
     sigma_um: NotNegative = 0.0
 
 
-class ProbeTable(Table):
+class TouchProbeTable(Table):
     """The probe: its ball, and where its centre is in the flange."""
 
     diameter_mm: Annotated[FiniteFloat, Field(ge=0, le=1000)] = 0.0
@@ -80,4 +80,4 @@ class ArtefactFile(Table):
     sphere: Annotated[list[SphereTable], Field(max_length=1000)] = []
     plane: Annotated[list[PlaneTable], Field(max_length=1000)] = []
     length: list[LengthTable] = []
-    probe: ProbeTable = ProbeTable()
+    probe: TouchProbeTable = TouchProbeTable()

@@ -9,7 +9,7 @@ from synthetic import random_theta
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.axis_tests import read_lines
+from compgen.identification.axis_tests import read_axis_tests
 from compgen.identification.distances import read_distances
 from compgen.identification.instrument_frames import initial_frames
 from compgen.identification.measured_poses import read_poses
@@ -202,13 +202,13 @@ def test_lines_need_both_senses_and_a_deviation(tmp_path, arm):
     file = tmp_path / "lines.csv"
     file.write_text("direction,x_mm,y_mm,z_mm\n1,1200,0,0\n")
     with pytest.raises(InputError, match="column dx_um: missing"):
-        read_lines(str(file), arm, 5)
+        read_axis_tests(str(file), arm, 5)
     file.write_text("direction,x_mm,y_mm,z_mm,dx_um\n2,1200,0,0,5\n")
     with pytest.raises(InputError, match=r"line 2, column direction: 2 must be 1 or -1"):
-        read_lines(str(file), arm, 5)
+        read_axis_tests(str(file), arm, 5)
     body = "".join(f"{d},{x},0,0,{x / 100}\n" for d in (1, -1) for x in (1100, 1200, 1300, 1400))
     file.write_text("direction,x_mm,y_mm,z_mm,dx_um\n" + body)
-    data = read_lines(str(file), arm, 5)
+    data = read_axis_tests(str(file), arm, 5)
     assert data.aligned.all()
     assert np.isnan(data.position[:, 1:]).all()
     assert np.array_equal(data.direction[:4], -data.direction[4:])
@@ -224,7 +224,7 @@ def test_sigmas_weigh_rows_across_the_files_that_give_them(tmp_path, arm, rows):
     file = tmp_path / "lines.csv"
     lines = "".join(f"{d},{x},0,0,{x / 100},3\n" for d in (1, -1) for x in (1100, 1200, 1300, 1400))
     file.write_text("direction,x_mm,y_mm,z_mm,dx_um,sigma_um\n" + lines)
-    files.append(read_lines(str(file), arm, 0))
+    files.append(read_axis_tests(str(file), arm, 0))
     values = np.array(12 * [10, 20] + 24 * [200] + 8 * [3])
     assert_allclose(concatenate(files).sigma, values / np.median(values), rtol=1e-12)
     unsaid = read(tmp_path, arm, text(rows), "c.csv")
@@ -238,7 +238,7 @@ def test_three_stations_of_a_line_are_enough_to_see_a_joint_turn_back(tmp_path, 
     stations = [(1100, 0), (1200, 10), (1300, 4)]
     body = "".join(f"{d},{x},0,0,5,0,{j2},0,0,-90,0\n" for d in (1, -1) for x, j2 in stations)
     file.write_text("direction,x_mm,y_mm,z_mm,dx_um,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg\n" + body)
-    data = read_lines(str(file), arm, 5)
+    data = read_axis_tests(str(file), arm, 5)
     assert data.direction[:, 1].tolist() == [1, 1, -1, -1, -1, 1]
     assert not data.direction[:, [0, 3, 4, 5]].any()
 
@@ -247,7 +247,7 @@ def test_lines_of_an_arm_without_closed_form_need_joints(tmp_path):
     file = tmp_path / "lines.csv"
     file.write_text("direction,x_mm,y_mm,z_mm,dx_um\n1,500,0,0,5\n")
     with pytest.raises(InputError, match="need their joints"):
-        read_lines(str(file), load_any_robot("ur5"), 0)
+        read_axis_tests(str(file), load_any_robot("ur5"), 0)
 
 
 TIMED = HEAD.replace("order", "time_s")

@@ -22,7 +22,7 @@ from compgen.core.units import DEG, HOUR, MM
 from compgen.error_model.posterior import known_numbers, posterior_hash, posterior_text
 from compgen.error_model.source import Doubtful
 from compgen.error_model.uncertain_sources import UncertainSource
-from compgen.identification.axis_tests import read_lines
+from compgen.identification.axis_tests import read_axis_tests
 from compgen.identification.distances import read_distances
 from compgen.identification.identified_robot_file import (
     SensorlessNode,
@@ -165,7 +165,7 @@ def read_measurements(
         check_warms(warm, log)
     elif warm:
         warm = [as_warm_up(part) for part in warm]
-    lines = [read_lines(file, arm.robot, nodes) for file in files.lines]
+    lines = [read_axis_tests(file, arm.robot, nodes) for file in files.lines]
     measurements = with_one_frame_a_name(concatenate([*cold, *warm, *distances, *touches, *lines]))
     if not force:
         check_copies(measurements)
