@@ -278,14 +278,28 @@ def is_of_other_values(state: AnchoredState, cell: Cell) -> bool:
     return state.made_from.get(OVERRIDES, own) != own
 
 
-def state_note(state: AnchoredState, age: float, replaced: str, cell: Cell) -> Finding:
-    """What a state stands in place of, and how long it holds; a warning where it was found with another robot."""
+def state_note(state: AnchoredState, age: float, replaced: str, cell: Cell, air: Ambient | None = None) -> Finding:
+    """What a state stands in place of, and how long it holds; a warning where it was found with another robot.
+
+    Args:
+        state: It.
+        age: How long ago it was [s].
+        replaced: What it stands in place of, in words; empty: nothing.
+        cell: That begins with it.
+        air: From the state's time on, where a path file says it; None: it is the state's.
+    """
     since = f", {age / MINUTE:.0f} min ago" if age else ""
     instead = f" in place of {replaced}" if replaced else ""
     message = (
         f"the robot begins as {state.digest[:8]} has it ({state.verdict}, at {state.time:.0f} s{since}){instead}; it "
         f"holds {limit_words(state.window)} from then, standing"
     )
+    then = state.air if air is None else float(air.at(np.zeros(1))[0])
+    if air is not None and (air.moves_after(0.0) or abs(then - state.air) > ALIKE):
+        message += (
+            f"; the air goes on as [ambient] has it at the planned start, {then:+.1f} K from the reference at the "
+            f"state's time ({state.air:+.1f} by the state)"
+        )
     is_other = is_of_other_values(state, cell)
     if is_other:
         message += f"; {OTHER_VALUES}"

@@ -3,6 +3,7 @@
 import json
 import shutil
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -140,9 +141,37 @@ def test_touches_that_find_a_moved_base_make_the_next_page_due(job, tmp_path):
     assert record["after_um"] < 2
     entry = json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["resumed"][0]
     assert entry["state_time_s"] == 10
+    assert record["notes"] == []
     _, again = look(*arguments)
     assert again["due"] == 0
     assert again["forecast"][1]["max_um"] < 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"verdict": "something moved"}, "(something moved, at 10 s): the pages are for the base and the targets as"),
+        ({"made_from": {"robot_overrides": "0" * 64}}, "(anchored, at 10 s); it was found with other values of the"),
+        ({"time": 5000.0}, "at 5000 s) is from behind the log's end: it does not count yet"),
+        ({"time": 2.0}, "at 2 s) is from before the job was planned to start (--planned 5 s): it does not count"),
+    ],
+)
+def test_what_a_state_itself_warns_of_is_told_at_each_look(job, tmp_path, changes, words):
+    """Of a state that moved, one of another robot, and one of a time that does not count nothing was said."""
+    whole = job_of_pages(read_written_job(job))
+    state = states.state_of(whole, time=10.0, base=np.array([150e-6, 0, 0, 0, 0, 0]))
+    changed = {**changes, "made_from": {**state.made_from, **changes.get("made_from", {})}}
+    file = states.written(replace(state, **changed), tmp_path)
+    times = ("--planned", "5s", "--started", "5s", "--lead", "0s")
+    result, record = look(job, "--log", log(tmp_path, 30), *times, "--state", file)
+    (note,) = record["notes"]
+    assert words in note, result.stderr
+    counts = "does not count" not in words
+    assert (record["due"] == 2) == counts
+    entries = json.loads((job / "OPTIC_RASTER.pages.json").read_bytes()).get("resumed", [])
+    assert [note.split(" (")[0] in entry["why"] for entry in entries] == [True] * counts
+    if counts:  # on the page of what was written too
+        assert words[-40:] in (job / "resume.html").read_text()
 
 
 def test_it_says_what_it_sees_in_a_line(job, tmp_path):

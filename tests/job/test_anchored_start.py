@@ -99,6 +99,22 @@ def test_an_aged_state_has_stood(hot, tmp_path):
     assert_allclose(aged.start_rise(), stood.start_rise(), atol=1e-9)
 
 
+def test_which_air_goes_on_behind_a_state_is_said(hot, tmp_path):
+    """A ramp of 6 K over 12 h, 20 min before the planned start after 6 h: 6 (6 h - 20 min) / 12 h; nothing said so."""
+    ramp = ("ambient.kind=ramp", "ambient.from_degC=20", "ambient.to_degC=26", "ambient.over_h=12")
+    state = state_of(hot, air=-1.0)
+
+    def note(*overrides):
+        return next(f.message for f in with_state(state, tmp_path, *overrides).input_findings if f.code == "state")
+
+    then = 6 * (6 - 1 / 3) / 12
+    words = f"goes on as [ambient] has it at the planned start, {then:+.1f} K from the reference at the state's time ("
+    assert f"{words}-1.0 by the state)" in note(*ramp, "state.age_min=20")
+    assert "+3.0 K from the reference at the state's time (-1.0 by" in note("ambient.value_degC=23")
+    assert "air" not in note()
+    assert "air" not in note("ambient.value_degC=19")
+
+
 def test_the_base_moves_every_place(hot, tmp_path):
     shift, turn = np.array([200, -50, 30]) * UM, np.array([0, 0, 3]) * MDEG
     job = with_state(state_of(hot, base=np.concatenate([shift, turn])), tmp_path)

@@ -166,7 +166,7 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
         cell = cell_with_state(cell, state, state_file)
         history = history_from_state(history, state, age, air if is_air_given else None)
         replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
-        notes = (*notes, state_note(state, age, replaced, cell))
+        notes = (*notes, state_note(state, age, replaced, cell, history.air if is_air_given else None))
     if path.start or not path.compensation.average_over:
         history = started(history, tables.start_of(path.start, len(history.runs), str(source)))
     job = Job(

@@ -27,7 +27,7 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.toml import check, override, read_toml
 from compgen.core.units import DAY, MINUTE, limit_words
-from compgen.error_model.anchored_state import parse_state, state_text
+from compgen.error_model.anchored_state import AnchoredState, parse_state, state_text
 from compgen.job.anchored_start import OTHER_VALUES, cell_with_state, is_of_other_values, load_state
 from compgen.job.job import Cell, Job
 from compgen.pipelines.files.robot_file import load_cell
@@ -281,10 +281,15 @@ def begin_with_state(known: PromptStart, file: str, age: float, late: float | No
 def state_findings(begun: Begun) -> Iterator[Finding]:
     """A state that found more than warmth, or was found with another robot."""
     state = begun.cell.state
-    if "anchored" not in begun.cause or state is None:
+    if "state_toml" not in begun.cause or state is None:
         return
+    for words in state_warnings(state, begun.cell):
+        yield Finding(Level.WARNING, Code.STATE, f"{begun.why}{words}")
+
+
+def state_warnings(state: AnchoredState, cell: Cell) -> Iterator[str]:
+    """What a user must know of a state that a robot begins with, behind words that name the state."""
     if state.verdict == "something moved":
-        message = f"{begun.why}: the pages are for the base and the targets as touched; find what moved before they run"
-        yield Finding(Level.WARNING, Code.STATE, message)
-    if is_of_other_values(state, begun.cell):
-        yield Finding(Level.WARNING, Code.STATE, f"{begun.why}; {OTHER_VALUES}")
+        yield ": the pages are for the base and the targets as touched; find what moved before they run"
+    if is_of_other_values(state, cell):
+        yield f"; {OTHER_VALUES}"

@@ -14,7 +14,7 @@ from compgen.core.arrays import Array, owns
 from compgen.core.units import DAY, MINUTE
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.job.job import Cell
-from compgen.pipelines.resume.beginning import MOST_LATE, Begun
+from compgen.pipelines.resume.beginning import MOST_LATE, Begun, state_warnings
 from compgen.pipelines.resume.page_forecast import Course, Forecaster, PageForecast, model_course
 from compgen.pipelines.resume.page_times import PageTimes
 from compgen.pipelines.resume.paged_run import PagedRun
@@ -87,6 +87,7 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
     if clock := _clock_doubt(times, now):
         none = np.zeros(len(run.heat.names))
         return Look(time=now, rise=none, sigma=none, missed=none, loaded=loaded, notes=_notes(log), doubt=clock)
+    of_state = () if anchored is None else _state_notes(run, anchored, times.planned, now)
     if anchored is not None and not times.planned <= anchored.time <= now:
         anchored = None
     sensed = _sense(run, log.readings, rises, times, anchored)
@@ -118,7 +119,7 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
         beginning=forecaster.beginning(due.page, source, due, sensed.hidden(run.cell)) if due else None,
         over=begun == count and page == 0,
         loaded=have,
-        notes=_notes(log),
+        notes=(*_notes(log), *of_state),
         doubt=sensed.doubt,
     )
 
@@ -218,6 +219,16 @@ def _anchor(names: Sequence[str], anchored: AnchoredState) -> Anchor:
         int(np.ceil(anchored.time / STEP)), which, anchored.rise[of_state],
         anchored.covariance[np.ix_(of_state, of_state)],
     )  # fmt: skip
+
+
+def _state_notes(run: PagedRun, anchored: AnchoredState, planned: float, now: float) -> tuple[str, ...]:
+    """What a user must know of a state: that it does not count at its time, or what it found beside warmth."""
+    name = f"state {anchored.digest[:8]} ({anchored.verdict}, at {anchored.time:.0f} s)"
+    if anchored.time < planned:
+        return (f"{name} is from before the job was planned to start (--planned {planned:.0f} s): it does not count",)
+    if anchored.time > now:
+        return (f"{name} is from behind the log's end: it does not count yet",)
+    return tuple(f"{name}{words}" for words in state_warnings(anchored, run.plain))
 
 
 def _notes(log: GrowingLog) -> tuple[str, ...]:
