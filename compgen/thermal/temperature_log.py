@@ -268,6 +268,12 @@ class GrowingLog:
     rows: int = 0  # that were kept, with readings or without, where there is no reading yet
 
     @property
+    def has_no_clock(self) -> bool:
+        """Whether its many rows all have the time of the first: nobody knows how far apart they are."""
+        time = self.readings.time if self.readings is not None else np.zeros(0)
+        return len(time) > MOST_OF_SECOND and float(time[-1] - time[0]) < len(time) * LEAST_STEP
+
+    @property
     def step(self) -> float:
         """Usual time from row to row, of rows that come two or three at a time from those to those; 0: not known."""
         steps = np.diff(self.readings.time) if self.readings is not None else np.zeros(0)
@@ -320,18 +326,20 @@ def _in_order(rows: Sequence[CsvRow]) -> tuple[list[CsvRow], int, float]:
     Where far more rows than usual stand in a second the clock hung: each is a usual step behind the one before.
     """
     kept, seen, left_out, moved = list[CsvRow](), set[tuple[str, ...]](), 0, 0.0
-    usual, shift, last, written = 0.0, 0.0, -math.inf, math.nan
+    usual, shift, last, written, before = 0.0, 0.0, -math.inf, math.nan, ""
     of_second, often = _rows_of_seconds(rows)
     for n, cells in rows[1:]:
         if cells == rows[0][1]:
             continue
         at = rows[0][1].index("time_s")
         time = float_of(cells[at]) if len(cells) == len(rows[0][1]) else math.nan
-        if not 0 <= time < math.inf or (time + shift <= last and tuple(cells) in seen):
-            left_out += 1
+        hangs = time >= 0 and cells[at] == before and of_second[cells[at]] > max(MOST_OF_SECOND, 3 * often)
+        if not 0 <= time < math.inf or (time + shift <= last and tuple(cells) in seen and not hangs):
+            left_out, before = left_out + 1, ""
             continue
         seen.add(tuple(cells))
-        if time + shift == written and of_second[cells[at]] > max(MOST_OF_SECOND, 3 * often):  # the clock hangs
+        before = cells[at]
+        if time + shift == written and hangs:
             last += max(usual / often, LEAST_STEP)
             moved = max(moved, last - time)
         elif time + shift == written:  # other readings of the same second
@@ -346,12 +354,12 @@ def _in_order(rows: Sequence[CsvRow]) -> tuple[list[CsvRow], int, float]:
 
 
 def _rows_of_seconds(rows: Sequence[CsvRow]) -> tuple[Mapping[str, int], float]:
-    """How many different rows stand one behind the other with each time at most, and in a usual one."""
+    """How many rows stand one behind the other with each time at most, and in a usual one."""
     at = rows[0][1].index("time_s") if rows else 0
-    times = ((cells[at], tuple(cells)) for _, cells in rows[1:] if len(cells) == len(rows[0][1]))
-    runs = [(time, len(set(run))) for time, run in groupby(times, key=itemgetter(0))]
+    times = (cells[at] for _, cells in rows[1:] if len(cells) == len(rows[0][1]))
+    runs = [(time, len(list(run))) for time, run in groupby(times)]
     most = {time: count for time, count in sorted(runs, key=itemgetter(1))}
-    return most, median(count for _, count in runs) if runs else 1.0
+    return most, median(count for _, count in runs) if len(runs) > 1 else 1.0
 
 
 def _temperature(column: str, cell: str) -> str:

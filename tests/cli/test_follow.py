@@ -174,6 +174,17 @@ def test_what_a_state_itself_warns_of_is_told_at_each_look(job, tmp_path, change
         assert words[-40:] in (job / "resume.html").read_text()
 
 
+def test_a_clock_that_stands_from_the_first_row_writes_nothing(job, tmp_path):
+    """Sixty rows of 0 s on an arm 3 K too cold: pages were written for 0.06 s after the planned start."""
+    before, file = contents(job), log(tmp_path, 590, 3.0)
+    rows = file.read_text().splitlines()
+    file.write_text("\n".join([rows[0], *("0," + row.partition(",")[2] for row in rows[1:])]) + "\n")
+    result, record = look(job, "--log", file, "--started", "60s")
+    refused(result, 1, "the log's clock stands: all its rows have the time of the first one", "pages stay as they are")
+    assert record["doubt"]
+    assert contents(job) == before
+
+
 def test_it_says_what_it_sees_in_a_line(job, tmp_path):
     result = run("follow", job, "--log", log(tmp_path, 30), "--started", "0s", *ONCE)
     (line,) = result.stdout.splitlines()

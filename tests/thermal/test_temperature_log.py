@@ -103,6 +103,31 @@ def test_a_clock_that_hangs_is_moved_on_by_its_usual_step(often):
     assert fast.set_back == 0
 
 
+@pytest.mark.parametrize("digits", [1, 2])
+def test_rows_alike_under_a_clock_that_hangs_are_no_copies(digits):
+    """Sensors of 0.1 K, 10 s from row to row: of 220 rows of 190 s those alike were left out, of all alike each."""
+    true = [10.0 * n for n in range(240)]
+    values = [round(21 + n / 100, digits) for n in range(240)]
+    for readings in (values, [21.0] * 240):
+        log = read(rows(*zip(np.minimum(true, 190.0), readings, strict=True)))
+        assert_allclose(log.readings.time, true)
+        assert (log.left_out, log.has_no_clock) == (0, False)
+        assert log.set_back == 2390 - 190
+    copies = [*zip(true[:40], values[:40], strict=True), (390.0, values[39]), (390.0, values[39]), (400.0, 22.0)]
+    assert (read(rows(*copies)).left_out, read(rows(*copies)).readings.time[-1]) == (2, 400)
+    hung = [*zip(np.minimum(true[:40], 190.0), values[:40], strict=True)]
+    again = read(rows(*hung, *hung))  # the whole file once more
+    assert_allclose(again.readings.time, true[:40])
+    assert again.left_out == 40
+
+
+def test_a_clock_that_hangs_from_the_first_row_is_no_clock():
+    for values in ([21 + n / 100 for n in range(60)], [21.0] * 60):
+        assert read(rows(*((7.0, v) for v in values))).has_no_clock
+        assert not read(rows(*((7.0 + n, v) for n, v in enumerate(values)))).has_no_clock
+    assert not read(rows((7.0, 21), (7.0, 21.1))).has_no_clock
+
+
 def test_a_growing_log_in_seconds_keeps_its_clock_however_its_cells_are_parted():
     data = b"time_s;ambient_degC;part_3_degC\n18600;20,0;21,5\n18630;20,0;21,75\n"
     for text in (data, data.replace(b"18600", b"310").replace(b"18630", b"310,5").replace(b"time_s", b"time_min")):

@@ -84,7 +84,7 @@ def look_at(  # noqa: PLR0913  what a user may say of a running job
     now = float(rises.time[-1])
     if now < times.planned:
         return None
-    if clock := _clock_doubt(times, now):
+    if clock := _clock_doubt(log, times, now):
         none = np.zeros(len(run.heat.names))
         return Look(time=now, rise=none, sigma=none, missed=none, loaded=loaded, notes=_notes(log), doubt=clock)
     of_state = () if anchored is None else _state_notes(run, anchored, times.planned, now)
@@ -198,8 +198,10 @@ def _miss_doubt(names: Sequence[str], rise: Array, offset: float, lowest: float)
     return ""
 
 
-def _clock_doubt(times: PageTimes, now: float) -> str:
+def _clock_doubt(log: GrowingLog, times: PageTimes, now: float) -> str:
     """What contradicts the clocks of the log and the pages; empty where nothing does."""
+    if log.has_no_clock:
+        return "the log's clock stands: all its rows have the time of the first one; mend the logger"
     longest = sum(times.duration) + MOST_LATE
     if now - times.planned > longest:
         late = f"the log's last time_s is {now:.0f} s, {(now - times.planned) / DAY:.1f} days after --planned"
