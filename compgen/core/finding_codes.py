@@ -127,7 +127,7 @@ class Code(StrEnum):
     EXECUTED_TIME = ("executed.time", "verification", "The run took another time than planned.",
         "Read the reason in the message; compare accelerations and the log's clock.", WARNING)
     EXECUTED_HELD = ("executed.held", "verification", "The robot was held where the program does not stop.",
-        "Ask who or what held it; the heat is another one since.", WARNING)
+        "Ask who or what held it; the heat is another one since.", WARNING, NOTE)
     EXECUTED_WAITED = ("executed.waited", "verification", "The robot stood at stops of the program.",
         "Nothing, where somebody meant it to.", NOTE)
     EXECUTED_NOTHING = ("executed.nothing", "verification", "No row is on a way that the program surely drives.",
@@ -245,7 +245,7 @@ class Code(StrEnum):
         "Measure the warm arm, where the difference matters.", NOTE)
     SOURCES_SIGMA = ("sources.sigma", "pipelines", "Error sources have no sigma: they count as unmeasured.",
         "Identify the robot, or give sigma.", NOTE)
-    SOURCES_LOADS = ("sources.loads", "pipelines", "Sag is fitted with assumed masses, not at all, or is none.",
+    SOURCES_LOADS = ("sources.loads", "pipelines", "Sag has assumed masses, or none; or an error has no effect.",
         "Give [sources.loads] as the arm was measured, and identify again.", WARNING, NOTE)
     SOURCES_ORDER = ("sources.order", "pipelines", "The side that joints come from is not sure at some lines.",
         "Nothing, or write the program in the order that it runs.", NOTE)

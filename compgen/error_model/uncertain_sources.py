@@ -96,6 +96,23 @@ def read_sources(tables: SourcesTable, arm: ArmFacts, where: str) -> tuple[Uncer
     return tuple(known)
 
 
+def without_effect(tables: SourcesTable, known: Sequence[UncertainSource]) -> list[str]:
+    """Tables of errors that move no tool whatever the arm does, each with what is missing."""
+    idle = []
+    for name in dict.fromkeys(of.source.NAME for of in known if of.source.NAME in tables.model_fields_set):
+        table, sources = getattr(tables, name), [of.source for of in known if of.source.NAME == name]
+        has_values = any(np.any(getattr(source, p.field)) for source in sources for p in source.PARAMETERS)
+        to_fit = any(row.sigma or row.prior for row in (table if isinstance(table, list) else [table]))
+        carries = tables.loads.payload_kg or any(tables.loads.link_kg)
+        if name == "compliance" and has_values:
+            if not (any(tables.loads.force_N) or (carries and any(tables.loads.gravity_m_s2))):
+                missing = "a mass under gravity, or force_N, in [sources.loads]"
+                idle.append(f"[sources.compliance]: nothing loads the joints; give {missing}")
+        elif name != "thermal_growth" and not has_values and not to_fit:
+            idle.append(f"[sources.{name}]: all its values are zero; give them, or remove it")
+    return idle
+
+
 def read_joint_box(tables: SourcesTable, where: str) -> Array | None:
     """Pendant angles that the parameters hold in, (6, 2) [rad]."""
     if tables.box is None:

@@ -28,9 +28,9 @@ def folder(tmp_path):
     return tmp_path
 
 
-def write(folder, robot, means=(), lags=(), text=None, **logger):
+def write(folder, robot, means=(), lags=(), text=None, hold=(), **logger):
     course = course_of_text(text or logs.part(), robot, default_frames())
-    run_of = logs.Run(ramp=0.0, means=means, lags=lags)
+    run_of = logs.Run(ramp=0.0, means=means, lags=lags, hold=hold)
     time, places, turn, _ = logs.log_rows(course, run_of, logs.Logger(**{"noise": 2e-6, **logger}))
     (folder / "log.csv").write_text(logs.csv(time, places, turn))
 
@@ -115,6 +115,21 @@ def test_ramps_between_stops_tell_the_times_that_a_circle_does_not(folder, robot
     assert identify(folder, "-o", "new.toml").returncode == 0
     motion = tomllib.loads((folder / "new.toml").read_text())["motion"]
     np.testing.assert_allclose(motion["moving_average_ms"], [200, 100], atol=2)
+
+
+def test_a_run_that_was_held_is_named_as_what_is_not_fitted(folder, robot):
+    """Of a circle on which the operator held the robot *no bend* was said, or that its override was not left alone."""
+    write(folder, robot, means=(0.2, 0.1), hold=((6.0, 2.0),))  # on the sweeps: the circle is fitted
+    result = identify(folder, "-o", "new.toml")
+    assert result.returncode == 0, result.stderr
+    assert "note: the robot was held near " in result.stdout
+    assert "from the stop before it to the next one nothing is fitted; log a run that nobody holds" in result.stdout
+    write(folder, robot, means=(0.2, 0.1))
+    assert "held" not in identify(folder, "-o", "other.toml").stdout
+    circle = logs.circle()
+    (folder / "PART.LS").write_bytes(circle)
+    write(folder, robot, means=(0.2, 0.1), text=circle, hold=((2.0, 2.0),))
+    refused(identify(folder, "-o", "third.toml"), 2, "at one override and without being held; log a longer run that")
 
 
 def test_a_controller_of_another_kind_is_not_commanded_against_and_foretells(folder, robot):

@@ -6,13 +6,17 @@ from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import refused, run
+from numpy.testing import assert_array_equal
 from shipped import ROOT
 
 from compgen.core import toml
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
+from compgen.core.pose import Pose
+from compgen.error_model.direction_memory import DirectionState
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.robot_file import cell_of, find_robot, known_robots, load_arm, load_cell
 
@@ -104,6 +108,55 @@ def test_a_load_up_to_what_the_robot_carries_and_gravity_up_to_20_are_taken():
     ):
         with pytest.raises(InputError, match=words):
             load_cell("m710ic50", [f"sources.loads.{more}"])
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        (
+            ["compliance.compliance_urad_Nm=[0,2,1,0,0,0]"],
+            "[sources.compliance]: nothing loads the joints; give a mass",
+        ),
+        (
+            ["compliance.hardening_nrad_Nm2=[0,2,1,0,0,0]", "loads.gravity_m_s2=[0,0,0]", "loads.payload_kg=9"],
+            "nothing",
+        ),
+        (["compliance.compliance_urad_Nm=[0,2,1,0,0,0]", "loads.payload_kg=9"], ""),
+        (["compliance.compliance_urad_Nm=[0,2,1,0,0,0]", "loads.force_N=[0,0,5]"], ""),
+        (
+            ["hysteresis.width_mdeg=[1,1,1,1,1,1]"],
+            "[sources.hysteresis]: all its values are zero; give them, or remove",
+        ),
+        (["hysteresis.width_mdeg=[1,1,1,1,1,1]", "hysteresis.windup_urad_Nm=[0,1,0,0,0,0]"], ""),
+        (["hysteresis.width_mdeg=[1,1,1,1,1,1]", "hysteresis.sigma.backlash_mdeg=2"], ""),
+        (["base_frame.position_um=[0,0,0]"], "[sources.base_frame]: all its values are zero"),
+        (["thermal_growth.excess_a=[0,0,0,0,0,0]"], ""),
+    ],
+)
+def test_errors_that_can_do_nothing_are_warned_of_once(keys, words):
+    """A robot file whose compliance had no load, or whose play was zero, was taken without a word."""
+    cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"), [f"robot.sources.{key}" for key in keys])
+    told = [f for f in cell.input_findings if f.code == "sources.loads"]
+    assert len(told) == bool(words)
+    for finding in told:
+        assert finding.level == "warning"
+        assert words in finding.message
+    tool, theta = Pose(np.array([0.0, 0.1, 0.3]), np.eye(3)), np.array([[0.1, 0.3, -0.4, 0.5, 0.6, 0.7]])
+    rise, come_from = np.zeros((1, len(cell.heat.names))), DirectionState(np.ones((1, 6)), np.ones((1, 3)))
+    actual, nominal = (
+        each.error_model(tool).actual_pose(theta, rise, come_from).position
+        for each in (cell, replace(cell, sources=()))
+    )
+    if words:  # true of what is said: cold, and wherever the joints come from
+        assert_array_equal(actual, nominal)
+
+
+def test_an_arm_that_cannot_grow_is_warned_of():
+    for value, count in ((0, 1), (11.25, 0)):
+        cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"), [f"robot.thermal.cte_um_m_K={value}"])
+        told = [f.message for f in cell.input_findings if f.code == "sources.loads"]
+        assert len(told) == count
+        assert all("[thermal]: cte_um_m_K is zero, so that nothing grows; give it" in words for words in told)
 
 
 def test_without_a_path_file_the_current_folder_comes_first_then_the_shipped(tmp_path):

@@ -654,7 +654,7 @@ def test_no_node_counts_what_the_arm_errs_cold():
     job = load_job(PATH, overrides=["robot.sources.joint_zeros.offset_mdeg=[0,30,-20,0,15,0]"])
     answer = ASKS["contributions"](job, 5 * UM)
     shares = dict(zip(answer.labels, answer.table[:, 1].tolist(), strict=True))
-    total = float(answer.sentence.split("error, ")[1].split()[0])
+    total = float(answer.sentence.split("part, ")[1].split()[0])
     nodes = sum(share for label, share in shares.items() if label.startswith("node"))
     assert shares["cold arm"] > 100
     assert dict(zip(answer.labels, answer.table[:, 2], strict=True))["cold arm"] >= shares["cold arm"]
@@ -665,7 +665,7 @@ def test_no_node_counts_what_the_arm_errs_cold():
 def test_a_cold_arm_has_no_warmth_to_ask_about():
     job = load_job(PATH, "m710ic45m", ["before=[]", "robot.sources.joint_zeros.offset_mdeg=[0,30,-20,0,15,0]"])
     sentence = ASKS["contributions"](job, 5 * UM).sentence
-    assert re.fullmatch(r"the largest error, ([\d.]+) um; the cold arm errs \1 um of it", sentence)
+    assert re.fullmatch(r"the largest error on the part, ([\d.]+) um; the cold arm errs \1 um of it", sentence)
     sentence = ASKS["validity"](job, 5 * UM).sentence  # more: beside the um that the file leaves in any case
     assert re.fullmatch(
         r"one corrected file errs at most 5 um more for a start .*, or any ambient; regenerate beyond", sentence
@@ -679,7 +679,18 @@ def test_answers_name_the_duty_that_they_are_of():
 
 
 def test_an_arm_that_errs_nothing_has_nothing_to_part():
-    assert ASKS["contributions"](load_job(PATH, "m20ia"), 5 * UM).sentence == "the largest error, 0.0 um"
+    assert ASKS["contributions"](load_job(PATH, "m20ia"), 5 * UM).sentence == "the largest error on the part, 0.0 um"
+
+
+def test_contributions_are_of_the_largest_error_on_the_part_as_everything_else_says_it(line):
+    """The twin's flight of the text: on its leads the tool errs more, and that was *the largest error*."""
+    deviation = generate.predict(line, quiet).deviation()
+    on_part, anywhere = deviation.on_part["total"].max / UM, deviation.extents["total"].max / UM
+    said = float(
+        re.search(r"the largest error on the part, ([\d.]+) um", ASKS["contributions"](line, 5 * UM).sentence)[1]
+    )
+    assert said == pytest.approx(on_part, abs=0.1)
+    assert anywhere > on_part + 0.2
 
 
 def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):

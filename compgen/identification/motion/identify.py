@@ -336,7 +336,8 @@ def _reserves(identified: IdentifiedMotion, known: str, period: float) -> Iterat
     kind, more = identified.chosen.kind, "log a program with corners at CNT100 or curvature that changes, at full speed"
     others = [other for other in identified.alike if not (other.includes(kind) or kind.includes(other))]
     if max(identified.plain, identified.unexplained) <= identified.seen:
-        yield Finding.of(Code.MOTION_UNSURE, f"only starts and stops show smoothing, no bend: it is {NO_MORE}; {more}")
+        message = f"of what was fitted only starts and stops show smoothing, no bend: it is {NO_MORE}; {more}"
+        yield Finding.of(Code.MOTION_UNSURE, message)
     elif identified.held_out > identified.limit:
         yield Finding.of(
             Code.MOTION_MISFIT,

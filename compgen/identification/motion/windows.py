@@ -97,8 +97,8 @@ def windows_of(run: ExecutedRun, robot: Robot) -> list[Window]:
     spans = _spans(run)
     if not spans:
         raise InputError(
-            f"{run.followed.log.table.source}: no run between two stops is logged at one override for {SHORTEST:g} s; "
-            "log a longer run, its override left alone"
+            f"{run.followed.log.table.source}: no run between two stops is logged for {SHORTEST:g} s, at one "
+            "override and without being held; log a longer run that nobody holds, its override left alone"
         )
     spans = _telling(course, run.clock.clock, spans)
     total = sum(int(((deviation.arc >= s.low) & (deviation.arc <= s.high)).sum()) for s in spans)

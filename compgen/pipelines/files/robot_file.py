@@ -24,7 +24,7 @@ from compgen.core.version import __version__
 from compgen.error_model.loads import loads_of
 from compgen.error_model.posterior import ParameterPosterior, known_numbers, posterior_hash, read_posterior
 from compgen.error_model.source import ArmFacts
-from compgen.error_model.uncertain_sources import UncertainSource, read_joint_box, read_sources
+from compgen.error_model.uncertain_sources import UncertainSource, read_joint_box, read_sources, without_effect
 from compgen.error_model.unmeasured import OF_WARMTH, unknown_of
 from compgen.job.job import Cell
 from compgen.job.tables import IdentifiedTable, drifting_of, fit_limits_of
@@ -190,7 +190,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         robot_file=str(source),
         robot_file_hash=sha256(text.content).hexdigest(),
         held_out=facts.identified.held_out_um[0] * UM if facts.identified and facts.identified.held_out_um else None,
-        input_findings=(*values_in_other_units(data, where), *of_posterior, *_silence(facts)),
+        input_findings=(*values_in_other_units(data, where), *of_posterior, *_silence(facts, known)),
         posterior=posterior,
         fit=fit_limits_of(facts.identified),
         drifting=drifting_of(facts.anchor),
@@ -267,8 +267,15 @@ def _nominal(facts: RobotFile, where: str) -> Robot:
     return replace(robot, motion=motion, expected_motion=seen)
 
 
-def _silence(facts: RobotFile) -> Iterator[Finding]:
-    """What a robot file should say and does not."""
+def _silence(facts: RobotFile, known: Sequence[UncertainSource]) -> Iterator[Finding]:
+    """What a robot file should say and does not, and what it says to no effect."""
+    idle, sources = without_effect(facts.sources, known), facts.sources
+    cte = facts.thermal.cte_um_m_K if facts.thermal else 1.0
+    grows = any(cte.values()) if isinstance(cte, dict) else cte
+    if not (grows or sources.thermal_bend or sources.thermal_shift):
+        idle.append("[thermal]: cte_um_m_K is zero, so that nothing grows; give it")
+    if idle:
+        yield Finding(Level.WARNING, Code.SOURCES_LOADS, f"the robot file has errors without effect: {'; '.join(idle)}")
     if "rounds_up_to_period" not in facts.controller.model_fields_set:
         yield ROUNDED_UP
     if not facts.thermal:

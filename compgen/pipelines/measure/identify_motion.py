@@ -11,7 +11,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
-from compgen.core.finding_codes import Code
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.identified_robot_file import text_with_table
@@ -78,6 +78,10 @@ def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Findi
         )
     if any((window.kept < LEAST_CNT).any() for window in windows):
         unlike.append(f"it has corners below CNT{LEAST_CNT / PERCENT:.0f}, and how long these wait no log has shown")
+    if held := [stand for stand in run.clock.stands if not stand.at_stop]:
+        places = ", ".join(run.course.point_name(stand.arc) for stand in held[:3])
+        message = f"the robot was held near {places}: from the stop before it to the next one nothing is fitted"
+        yield Finding(Level.NOTE, Code.EXECUTED_HELD, f"{message}; log a run that nobody holds")
     for what in unlike:
         yield Finding.of(Code.MOTION_UNSURE, f"{what}: it is {NO_MORE}; log a run at 100 % with corners at CNT100")
 

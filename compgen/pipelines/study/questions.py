@@ -125,23 +125,24 @@ def validity(job: Job, limit: float) -> Answer:
 
 
 def contributions(job: Job, limit: float) -> Answer:
-    """Which node, which length, and what the arm errs cold, contributes how much to the largest error."""
-    geometry = plan_geometry(job)
-    execution = execute_with(job, geometry)
-    whole = displacement(job, geometry, execution.rise)
+    """Which node, which length, and what the arm errs cold, contributes how much to the largest error on the part."""
+    everywhere = plan_geometry(job)
+    rows_on_part = np.flatnonzero(part_weight(everywhere, everywhere))  # judged as a bound is
+    geometry, rise = everywhere.at(rows_on_part), execute_with(job, everywhere).rise[rows_on_part]
+    whole = displacement(job, geometry, rise)
     worst = int(np.argmax(np.linalg.norm(whole, axis=1)))
     toward = whole[worst] / max(float(np.linalg.norm(whole[worst])), 1e-30)
-    cold = displacement(job, geometry, np.zeros_like(execution.rise))
+    cold = displacement(job, geometry, np.zeros_like(rise))
     labels, rows = [], []
     for k, name in enumerate(job.heat.names):
-        alone = np.zeros_like(execution.rise)
-        alone[:, k] = execution.rise[:, k]
+        alone = np.zeros_like(rise)
+        alone[:, k] = rise[:, k]
         moved = displacement(job, geometry, alone) - cold
         labels.append(f"node {name}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
     for profile in job.cell.profiles:
         held = tuple(s.without(profile.length) if isinstance(s, ThermalGrowth) else s for s in job.sources)
-        moved = whole - displacement(replace(job, cell=replace(job.cell, sources=held)), geometry, execution.rise)
+        moved = whole - displacement(replace(job, cell=replace(job.cell, sources=held)), geometry, rise)
         labels.append(f"length {profile.length}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
     if _largest(cold) >= 0.005 * UM:
@@ -156,7 +157,7 @@ def contributions(job: Job, limit: float) -> Answer:
     lengths = [f"{labels[k][7:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("length")]
     warmth = f", comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um" if nodes else ""
     rest = f"; the cold arm errs {rows[-1][0]:.1f} um of it" if labels[-1:] == ["cold arm"] else ""
-    sentence = f"the largest error, {total:.1f} um{warmth}{rest}"
+    sentence = f"the largest error on the part, {total:.1f} um{warmth}{rest}"
     return Answer(
         key="contributions",
         sentence=sentence,
