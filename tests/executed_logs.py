@@ -218,12 +218,17 @@ def part(name="PART", shift=None, speed=0.1, numbers=(0, 0)):
 
 def circle(name="PART", radius=0.15, speed=0.1):
     """A program that is one circle, from stop to stop."""
+    angle = np.radians(np.arange(0, 361, 2))
+    local = np.column_stack([1.1 + radius * np.cos(angle), radius * np.sin(angle), np.full(len(angle), 0.1)])
+    return listing(local, np.isin(np.arange(len(local)), [0, len(local) - 1]), name, speed)
+
+
+def listing(local, fine, name="PART", speed=0.1):
+    """A program of lines between places (N, 3) [m] in World, that stops where ``fine`` says (N,)."""
     from compgen import fanuc
     from compgen.program.program import Program
     from compgen.robot.inverse_kinematics import Posture
 
-    angle = np.radians(np.arange(0, 361, 2))
-    local = np.column_stack([1.1 + radius * np.cos(angle), radius * np.sin(angle), np.full(len(angle), 0.1)])
     N = len(local)
     return fanuc.compose(
         Program(
@@ -238,6 +243,6 @@ def circle(name="PART", radius=0.15, speed=0.1):
             posture=Posture(),
             turns=np.zeros((N, 3), dtype=np.int64),
             speed=np.full(N - 1, speed),
-            fine=np.isin(np.arange(N), [0, N - 1]),
+            fine=fine,
         )
     )

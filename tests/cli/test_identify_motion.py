@@ -132,6 +132,30 @@ def test_a_run_that_was_held_is_named_as_what_is_not_fitted(folder, robot):
     refused(identify(folder, "-o", "third.toml"), 2, "at one override and without being held; log a longer run that")
 
 
+def test_a_corner_that_all_but_turns_back_is_passed_where_the_program_leads(tmp_path, robot):
+    """Rows beside its tip were laid on the wrong side of it: *near P[20] the robot passed 957 um from ...*, refused."""
+    # two runs of a program as users have them, and one whose second line all but turns back (161 deg)
+    first = [
+        (1591, -164, 123),
+        (1673, -331, 215),
+        (1692, -91, 380),
+        (1697, -237, 335),
+        (1632, -38, 251),
+        (1807, 124, 302),
+    ]
+    second = [(1743, 335, 506), (1743, 193, 547), (1717, 15, 403), (1647, 432, 353), (1587, 602, 141), (1658, 490, 230)]
+    points = np.array([*first, *second]) * 1e-3 - [0.4, 0.1, 0.1]
+    fine = np.isin(np.arange(len(points)), [0, 5, 8, 9, 11])
+    text = logs.listing(points, fine, speed=0.25)
+    (tmp_path / "PART.LS").write_bytes(text)
+    (tmp_path / "mine.toml").write_text(ROBOT)
+    write(tmp_path, robot, means=(0.176, 0.168), text=text)
+    result = identify(tmp_path, "-o", "new.toml")
+    assert result.returncode == 0, result.stderr
+    report = json.loads((tmp_path / "new.json").read_text())
+    assert report["held_out"]["max_um"] < 10  # of 2 um of noise
+
+
 def test_a_controller_of_another_kind_is_not_commanded_against_and_foretells(folder, robot):
     write(folder, robot, means=(0.1,), lags=(0.03,))
     result = identify(folder, "-o", "new.toml")

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, interpolated, lengths_along, owns
+from compgen.core.arrays import Array, BoolArray, IntArray, interpolated, lengths_along, norm, owns
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.robot.configuration import posture_indices
@@ -42,6 +42,8 @@ RAMP = 1.2  # [s] from a stop, in which rows count along the curve
 WINDOWS = 40  # of a log: the rest of a long one is not needed
 SEEN = 200  # places of a window by which its bends are counted
 ROWS = 20_000  # of all windows
+FAR = 50e-6  # [m] off the curve, from which on
+BOTH_SIDES = (-0.02, -0.01, -0.005, 0.005, 0.01, 0.02)  # [m] it is looked for from other places beside
 STEPS = 10  # to a row on the curve: a corner that is cut short is 20 mm and more away
 PARTS = 4  # samples in each interpolation period: rows count from chords between them
 BLOCK = 0.75  # [s] of rows that are held out, or fitted, together
@@ -312,7 +314,7 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
     """Residuals of a window's rows (R, 4) [m], and when its motion passes them, (R,) [s] since the run began."""
     time, curve, way = smoothed(window, robot, tool, motion)
     arc = lengths_along(curve)
-    at, _, off = nearest(curve, arc, tangents_of(curve), window.place, np.interp(window.row_arc, way, arc), STEPS)
+    at, off = _nearest_about(curve, arc, window.place, np.interp(window.row_arc, way, arc))
     passed, along = np.interp(at, arc, time), np.zeros(len(at))
     moved = (time, arc, np.gradient(arc, time))
     for side, stop in ((AFTER_STOP, 0.0), (BEFORE_STOP, float(arc[-1])), (AFTER_STOP + BEFORE_STOP, None)):
@@ -320,6 +322,21 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
         if rows.sum() >= LEAST_RAMP:
             along[rows] = _unexplained(moved, at[rows], window.shown[rows], passed[rows], stop)
     return np.column_stack([off, window.weight * along]), passed
+
+
+def _nearest_about(curve: Array, arc: Array, places: Array, expected: Array) -> tuple[Array, Array]:
+    """Where a curve passes places (R, 3) nearest, about expected arc lengths: (R,) [m], and from there, (R, 3) [m].
+
+    Where it all but turns back a search from one side ends there: far rows are looked for from both.
+    """
+    tangents = tangents_of(curve)
+    at, _, off = nearest(curve, arc, tangents, places, expected, STEPS)
+    far = np.flatnonzero(norm(off) > FAR)
+    for shift in BOTH_SIDES if len(far) else ():
+        other_at, _, other = nearest(curve, arc, tangents, places[far], expected[far] + shift, STEPS)
+        nearer = norm(other) < norm(off[far]) / 2
+        at[far[nearer]], off[far[nearer]] = other_at[nearer], other[nearer]
+    return at, off
 
 
 def _unexplained(
