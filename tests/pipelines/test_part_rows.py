@@ -48,7 +48,7 @@ def test_pages_are_judged_on_the_part_before_and_after_whatever_their_samples():
     prepared = stub(first_samples=lambda: np.arange(8) * 2, touching_samples=lambda on: touches)
     pages = [stub(first=10 + first, number=n, name=f"P{n}", file=f"P{n}.LS", data=b"") for n, first in ((3, 0), (4, 4))]
     files = {"P3.LS": b"x", "P4.LS": b"x"}
-    results = resume._page_results(stub(pages=[None, None, *pages]), 3, planned, files, after, prepared)
+    results = resume.judged_pages(stub(pages=[None, None, *pages]), 3, planned, files, after, prepared)
     assert_allclose([(page.before.max, page.after.max) for page in results], [(4e-6, 3e-6)] * 2)
     means = [(np.sqrt((16 + 8 * 4) / 9), np.sqrt((9 + 4) / 5)), (np.sqrt((16 + 4 * 4) / 5), np.sqrt((9 + 2) / 3))]
     assert_allclose([(page.before.rms, page.after.rms) for page in results], np.array(means) * 1e-6)
@@ -71,7 +71,7 @@ def test_the_largest_error_after_a_start_is_the_largest_of_all_samples_on_the_pa
             prepared=stub(touching_samples=lambda touching, on=on: on),
         )
         at_mean = stub(arc=arc, error=error)
-        largest = many_starts._largest(file, at_mean, moved, waypoints)
+        largest = many_starts.largest_after_each(file, at_mean, moved, waypoints)
         between = np.array([np.interp(arc, arc[waypoints], row) for row in moved[:, :, 1]])
         truth = np.abs(error[on, 1] + between[:, on]).max(axis=1)
         assert_allclose(largest, truth, atol=0.05)
@@ -87,7 +87,7 @@ def test_an_error_across_counts_beside_the_extremes_of_each_axis():
         program=stub(path=stub(touching_segments=lambda: every[:1])),
         prepared=stub(touching_samples=lambda touching: every),
     )
-    largest = many_starts._largest(file, stub(arc=arc, error=error), moved, np.array([0, 2]))
+    largest = many_starts.largest_after_each(file, stub(arc=arc, error=error), moved, np.array([0, 2]))
     assert_allclose(largest, [np.hypot(4, 3.5)])
 
 

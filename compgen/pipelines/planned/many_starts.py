@@ -128,7 +128,7 @@ def fly_starts(file: WrittenFile, progress: Callable[[float], None] = lambda sha
     moved = _displacements(file, starts, which)
     waypoints = prepared.first_samples()[which]
     left = at_mean.error[waypoints]
-    largest = _largest(file, at_mean, moved, waypoints)
+    largest = largest_after_each(file, at_mean, moved, waypoints)
     flown: list[FlownStart] = []
     worst, envelope, differences = at_mean, at_mean, []
     chosen = starts_to_fly(ensemble, starts[int(np.argmax(largest))])
@@ -187,7 +187,7 @@ def _displacements(file: WrittenFile, starts: list[Start], which: IntArray) -> A
     return np.asarray([program.model.actual_pose(theta, rise, directions).position - now for rise in rises])
 
 
-def _largest(file: WrittenFile, at_mean: Deviation, moved: Array, waypoints: IntArray) -> Array:
+def largest_after_each(file: WrittenFile, at_mean: Deviation, moved: Array, waypoints: IntArray) -> Array:
     """Largest error after each start, (G,) [m].
 
     Between two of the waypoints (samples (P,)) the displacement is a straight line; what stays at the mean is not:

@@ -117,7 +117,7 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
         starts=starts,
         deviation=deviation,
         band=band_along(planned.driven(solution.theta, problem.direction_state)),
-        pages=_page_results(written, from_page, planned, pages, deviation, prepared),
+        pages=judged_pages(written, from_page, planned, pages, deviation, prepared),
         join=join,
         findings=(),
     )
@@ -249,7 +249,7 @@ def _warmth_findings(planned: Planned) -> list[Finding]:
     return [Finding.of(Code.THERMAL_BOX, text) for text in texts]
 
 
-def _page_results(
+def judged_pages(
     written: WrittenJob, from_page: int, planned: Planned, files: dict[str, bytes], after: Deviation,
     prepared: PreparedProgram,
 ) -> tuple[PageResult, ...]:  # fmt: skip
