@@ -270,15 +270,19 @@ def _of_time(deviation: PathDeviation, clock: ClockFit) -> Iterator[Finding]:
 
 
 def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
-    for at_stop, level, code, words in (
-        (False, Level.WARNING, Code.EXECUTED_HELD, "the robot stood where the program does not stop"),
-        (True, Level.NOTE, Code.EXECUTED_WAITED, "the robot stood at the program's stops"),
-    ):
-        stands = [s for s in clock.stands if s.at_stop is at_stop and s.duration + s.planned > 0.05]
-        if stands:
-            beside = "at" if at_stop else "near"
-            places = [f"{s.duration + s.planned:.2f} s {beside} {course.point_name(s.arc)}" for s in stands]
-            yield Finding(level, code, f"{words}: {_named(places, 'times')}")
+    held, waited = (_stood(course, clock, at_stop=at_stop) for at_stop in (False, True))
+    if held:
+        yield Finding(Level.WARNING, Code.EXECUTED_HELD, f"the robot stood where the program does not stop: {held}")
+    if waited:
+        yield Finding.of(Code.EXECUTED_WAITED, f"the robot stood at the program's stops: {waited}")
+
+
+def _stood(course: ProgramCourse, clock: ClockFit, *, at_stop: bool) -> str:
+    """How long and where the robot stood, at stops of the program or elsewhere; empty where it did not."""
+    stands = [s for s in clock.stands if s.at_stop is at_stop and s.duration + s.planned > 0.05]
+    beside = "at" if at_stop else "near"
+    places = [f"{s.duration + s.planned:.2f} s {beside} {course.point_name(s.arc)}" for s in stands]
+    return _named(places, "times") if places else ""
 
 
 def _of_bound(course: ProgramCourse, deviation: PathDeviation, bound: float | None) -> Iterator[Finding]:
