@@ -146,6 +146,7 @@ class Code(StrEnum):
         "Measure what would see them, where they matter.", NOTE)
     SETUP = ("setup", "identification", "Two setups of an instrument agree and are taken as one.",
         "Nothing, if the instrument did not move.", NOTE)
+    NOISES = ("noises", "identification", "Files differ in noise.", "Give sigma_um in all of them.", WARNING)
     FRAMES = ("frames", "identification", "The poses hardly turn the tool: its reflector's place stays unknown.",
         "Measure poses with other orientations, or a second reflector.", REFUSED, WARNING)
     SET_ASIDE = ("set_aside", "identification", "Too many rows do not fit the others.",
@@ -207,8 +208,7 @@ class Code(StrEnum):
     MOTION_UNSURE = ("motion.unsure", "identification", "A log tells too little of the smoothing to command by.",
         "Log corners at CNT100, or curvature that changes, at full speed and 100 % override.", WARNING)
     MOTION_SLOWED = ("motion.slowed", "identification", "Rows of slowed-down motion are left out.", "Nothing.", NOTE)
-    MOTION_LAG = ("motion.lag", "identification", "A log does not show a lag of the whole motion, which moves no path.",
-        "Nothing.", NOTE)
+    MOTION_LAG = ("motion.lag", "identification", "A log tells no common lag, which moves no path.", "Nothing.", NOTE)
     TIMING_LIMIT = ("timing.limit", "pipelines", "A joint passes a limit of speed, acceleration or jerk.",
         "Lower process.feed_mm_s.", OUTSIDE)
     TIMING_JOINT_USE = ("timing.joint_use", "pipelines",

@@ -5,7 +5,8 @@ make a block, blocks are dealt to the folds in turn, and all rows of a pose stay
 problem, with its scales and noise, is solved anew from the other folds' rows; its own rows are then predicted.
 A distance between two poses is left out with either.
 Rows that were set aside take no part in the solution and count in the error: what is measured next time will have its
-wild rows too. Models are compared by a mean in which no row counts for more than LIMIT medians."""
+wild rows too. Models are compared by a mean in which no row counts for more than LIMIT medians, each over its sigma
+beside the others of its kind."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,6 +33,7 @@ class CrossValidation:
     #: counts sqrt(3) times its misfit, as the place that it is one coordinate of
     distance: Array
     block: IntArray  # (N,)
+    sigma: Array | float = 1.0  # (N,) of each row beside the others of its kind
 
     @property
     def mean(self) -> float:
@@ -40,12 +42,17 @@ class CrossValidation:
 
     @property
     def robust_mean(self) -> float:
-        """Mean in which no row counts for more than LIMIT medians [m]."""
-        return float(np.nanmean(self.limited(LIMIT * float(np.nanmedian(self.distance)))))
+        """Mean of a row of usual sigma, in which none counts for more than LIMIT medians [m]."""
+        return float(np.nanmean(self.limited(self.most)))
+
+    @property
+    def most(self) -> float:
+        """What a row may count for where models are compared [m]."""
+        return LIMIT * float(np.nanmedian(self.distance / self.sigma))
 
     def limited(self, most: float) -> Array:
-        """Distances, none above ``most``, (N,) [m]."""
-        return np.minimum(self.distance, most)
+        """Distances over their sigmas, none above ``most``, (N,) [m]."""
+        return np.minimum(self.distance / self.sigma, most)
 
     def interval(self) -> tuple[float, float]:
         """95 % confidence interval of the mean, from the spread of the blocks' means [m]."""
@@ -77,7 +84,7 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
         refitted = problem.solve(training, learn_groups=True, learn_noise=True, rounds=ROUNDS)
         residual = problem.left(refitted.x, held_out)
         distance[held_out] = np.linalg.norm(residual, axis=1) * np.sqrt(3 / data.numbers[held_out])
-    return CrossValidation(distance, block)
+    return CrossValidation(distance, block, data.sigma)
 
 
 def held_out_rows(data: Measurements, fold: int) -> BoolArray:
@@ -88,8 +95,7 @@ def held_out_rows(data: Measurements, fold: int) -> BoolArray:
 
 def improvement_interval(model: CrossValidation, other: CrossValidation) -> tuple[float, float]:
     """95 % interval of how much nearer a model predicts than another, on all rows, each to LIMIT medians [m]."""
-    most = LIMIT * float(np.nanmedian(other.distance))
-    return confidence_interval(other.limited(most) - model.limited(most), model.block)
+    return confidence_interval(other.limited(other.most) - model.limited(other.most), model.block)
 
 
 def richest_of_the_best(foretold: Sequence[CrossValidation]) -> int:

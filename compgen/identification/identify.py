@@ -1,6 +1,6 @@
 r"""Identification: check the measurements, fit the candidate models, select one by cross-validation, judge it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import ArmFacts, Extensible
 from compgen.error_model.uncertain_sources import UncertainSource
 from compgen.identification.cross_validation import cross_validate, richest_of_the_best
+from compgen.identification.evidence import USUAL_NOISE
 from compgen.identification.fit import Fit, fit
 from compgen.identification.fit_limits import (
     assess_fit_limits,
@@ -45,12 +46,22 @@ from compgen.identification.reversals import (
     with_lost_motion,
     with_runs_as_poses,
 )
-from compgen.identification.shared_setup import with_shared_setups
+from compgen.identification.shared_setup import (
+    FileNoise,
+    differ,
+    noises_of_files,
+    weighed_by_noise,
+    with_shared_setups,
+)
 from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
 from compgen.identification.verdict import FittedCandidate, known_here_only, left_findings, verdict_findings
 from compgen.job.tables import FitLimits
 from compgen.robot.robot import Robot
 
+ROUNDS = 5  # of weighing files by their own noise
+UNLIKE = 2.0  # times apart: noises of files that differ
+SETTLED = 1.1  # times apart: factors of noises that stand still
+LARGEST_NOISE = 5 * np.array(USUAL_NOISE)  # of a file whose instrument may be so bad
 PLAIN_WARMTH = "warmth"  # the state that an arm without a heat model has
 
 
@@ -187,6 +198,45 @@ def identify(
         taught_sigma=(here, anywhere),
         lost_motion=lost_motion,
         limits=limits,
+    )
+
+
+def identify_by_files(identify_rows: Callable[[Measurements], Identification], data: Measurements) -> Identification:
+    """An identification in which files that say no sigma weigh by their own noise, where that differs.
+
+    Args:
+        identify_rows: Identifies from measurements.
+        data: All measurements.
+    """
+    pooled = weighed = identify_rows(data)
+    for step in range(ROUNDS):
+        noises = noises_of_files(weighed.data, weighed.selected.fit)
+        factors = [noise.factor for noise in noises]
+        if not differ(noises, 1.0 if step else UNLIKE) or max(factors) < SETTLED * min(factors):
+            break
+        weighed = identify_rows(data := weighed_by_noise(data, noises))
+    if weighed is pooled:
+        return pooled
+    told, doubts = list[Finding](), list[Finding]()
+    for best, worst in differ(noises, UNLIKE):
+        is_doubtful, words = _noise_words(weighed, best, worst)
+        (doubts if is_doubtful else told).append(Finding.of(Code.NOISES, words))
+    taken = pooled if doubts else weighed
+    return replace(taken, findings=(*taken.findings, *(doubts or told)))
+
+
+def _noise_words(weighed: Identification, best: FileNoise, worst: FileNoise) -> tuple[bool, str]:
+    """Whether a file's noise is no instrument's, and what is said of it."""
+    fitted = weighed.selected.fit
+    alone = weighed.data.subset(worst.rows)
+    alone = replace(alone, sigma=alone.sigma / np.median(alone.sigma))
+    by_itself = float(fit(weighed.model, alone, fitted.active, start=fitted).noise_of_row[0])
+    noise = f"{worst.name} is {worst.noise / UM:.0f} um off (rms of a coordinate), {best.name} {best.noise / UM:.1f}"
+    if worst.noise < LARGEST_NOISE[worst.kind] and worst.noise < UNLIKE * by_itself:
+        return False, f"{noise}: each is weighed by that; if both instruments should be alike, look for what moved"
+    return True, (
+        f"{noise}, and {by_itself / UM:.0f} by itself: is it of another arm, state or setup, or did something move? "
+        "both weigh alike; a column sigma_um in both files says how well each instrument is known"
     )
 
 

@@ -297,9 +297,8 @@ def sigmas(table: CsvTable, low: float, high: float, *, gaps: bool) -> Array:
 
 
 def relative_sigma(table: CsvTable) -> dict[str, Any]:
-    """How uncertain each row is beside the others, (N,), median 1, and which sigma [m] that is, as measurements."""
+    """How uncertain each row is beside the others, (N,), median 1, and by itself [m], as measurements."""
     if not table.has("sigma_um"):
         return {}
     sigma = sigmas(table, 1e-3, 1e5, gaps=False)
-    usual = float(np.median(sigma))
-    return {"sigma": sigma / usual, "usual_sigma": usual * UM}
+    return {"sigma": sigma / np.median(sigma), "said": sigma * UM}

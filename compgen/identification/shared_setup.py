@@ -1,29 +1,36 @@
-r"""Files measured from one setup: instruments whose fitted frames agree are one.
+r"""Files beside each other: which were measured from one setup, and how well each is known.
+
+Instruments whose fitted frames agree are one.
 
 Two setups of an instrument are metres apart, or aligned with each other to some hundredths of a millimetre. Where the
 frames of two files, fitted apart, agree within what both are known to,
 
     (x_i - x_j)' (C_ii + C_jj - C_ij - C_ji)^-1 (x_i - x_j) <= chi2(6),     x = (turn, origin)
 
-and by less than NEAR, they are taken for one. What warmth does to the base is then seen against the cold poses."""
+and by less than NEAR, they are taken for one. What warmth does to the base is then seen against the cold poses.
 
-from collections.abc import Callable
-from dataclasses import replace
+A file's noise is told by its rows, each by how far the others leave it off: half of Gaussian rows of k numbers are
+within the median of chi2(k), and up to half may be wild."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 from scipy.special import chdtri
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, BoolArray
 from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import UM
-from compgen.identification.fit import Fit
-from compgen.identification.measurements import Measurements, with_one_frame_a_name
+from compgen.identification.fit import Fit, leave_one_out_distance
+from compgen.identification.measurements import PLACE, Measurements, with_one_frame_a_name
 
 CHANCE = 1e-3  # that frames of one setup are taken for two
 CLOSE = 1e-3  # [m], [rad]: nobody sets an instrument up so nearly in the same place again without aligning it
 NEAR = 0.15e-3  # [m], [rad]: frames further apart are of two setups, however little is known of them
+LEAST_ROWS = 12  # of a file, that tell its noise
 
 
 def with_shared_setups(data: Measurements, fitted: Fit) -> tuple[Measurements, list[Finding]]:
@@ -68,3 +75,64 @@ def _difference(fitted: Fit, i: int, j: int) -> Array:
     """Turn [rad] and shift [m] of one frame against another, (6,), in the axes of the instruments."""
     rotation, origin = fitted.frames.rotation, fitted.frames.origin
     return np.concatenate([rotation_vector((rotation[i] @ rotation[j].T)[None])[0], origin[i] - origin[j]])
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class FileNoise:
+    """How well a file is known that stands beside others of its kind."""
+
+    name: str  # of the file, or of the instrument of several
+    files: list[str]
+    kind: int
+    rows: BoolArray  # (N,) that are its own
+    factor: float  # by which its rows scatter more than they are weighed for
+    noise: float  # [m] of a coordinate, or a distance, of a usual row
+
+
+def noises_of_files(data: Measurements, fitted: Fit) -> list[FileNoise]:
+    """The noise of each file, of those kinds of rows of which several tell theirs and not all say it.
+
+    Files of one instrument have one, also a warm-up and the cold poses of its setup.
+    """
+    distance = leave_one_out_distance(fitted.linear, fitted.posterior, data, fitted.outlier)
+    ratio = distance / chdtri(np.maximum(fitted.linear.A.any(axis=2).sum(axis=1), 1), 0.5)
+    owner, noises = _owners(data), list[FileNoise]()
+    for kind in np.unique(data.kind).tolist():
+        of_kind = data.kind == kind
+        if data.said is not None and np.isfinite(data.said[of_kind]).all():
+            continue
+        of_files = [(file, of_kind & (owner == file)) for file in dict.fromkeys(owner[of_kind].tolist())]
+        several = [(file, rows) for file, rows in of_files if rows.sum() >= LEAST_ROWS]
+        for file, rows in several if len(several) > 1 else ():
+            factor = float(np.sqrt(np.median(ratio[rows])))
+            noise = factor * float(np.median(fitted.noise_of_row[rows] * data.sigma[rows]))
+            files = sorted({data.file(n) for n in np.flatnonzero(rows).tolist()})
+            noises.append(FileNoise(name=file, files=files, kind=kind, rows=rows, factor=factor, noise=noise))
+    return noises
+
+
+def _owners(data: Measurements) -> Array:
+    """The instrument that measured each place, by its name, else the file of each row, (N,)."""
+    owner = np.array([data.file(n) for n in range(len(data.pose))], dtype=object)
+    for i, name in enumerate(data.instruments):
+        rows = (data.instrument == i) & (data.kind == PLACE)
+        if not data.aligned[i] and rows.any():
+            owner[rows if data.named_instrument(i) else rows & (data.warm[data.pose] > 0)] = name
+    return owner
+
+
+def weighed_by_noise(data: Measurements, noises: Sequence[FileNoise]) -> Measurements:
+    """Measurements whose files weigh by their own noise."""
+    sigma, file = data.sigma.copy(), np.array([data.file(n) for n in range(len(data.pose))])
+    for noise in noises:
+        sigma[np.isin(file, noise.files) & (data.kind == noise.kind)] *= noise.factor
+    for rows in (data.kind == kind for kind in {noise.kind for noise in noises}):
+        sigma[rows] /= np.median(sigma[rows])
+    return replace(data, sigma=sigma)
+
+
+def differ(noises: Sequence[FileNoise], times: float) -> list[tuple[FileNoise, FileNoise]]:
+    """The best and the worst file of each kind whose noises are so many times apart."""
+    of_kinds = [[noise for noise in noises if noise.kind == kind] for kind in {noise.kind for noise in noises}]
+    pairs = [(min(of, key=attrgetter("noise")), max(of, key=attrgetter("noise"))) for of in of_kinds]
+    return [(best, worst) for best, worst in pairs if worst.noise > times * best.noise]

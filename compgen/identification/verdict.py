@@ -103,9 +103,13 @@ def left_findings(
     has_masses = any(isinstance(source, LoadDependent) and source.loads.have_weight for source in sources)
     sag = "" if has_masses else "; sag was not fitted: masses are missing, give [sources.loads]"
     for kind, words in ((PLACE, "places"), (TOUCH, "touches"), (DISTANCE, "distances")):
-        squares = distance[(data.kind == kind) & ~outlier & np.isfinite(distance)] ** 2
-        left = np.sqrt(squares.sum() / max(3 * len(squares), 1))
-        explained = np.hypot(USUAL_NOISE[kind], repeatability or 0.0)
+        rows = (data.kind == kind) & ~outlier & np.isfinite(distance)
+        if not rows.any():
+            continue
+        weight = data.sigma[rows] ** -2 / (data.sigma[rows] ** -2.0).sum()
+        said = np.nan if data.said is None else data.said[rows]
+        left = np.sqrt(weight @ distance[rows] ** 2 / 3)
+        explained = np.hypot(np.sqrt((weight * np.fmax(USUAL_NOISE[kind], said) ** 2).sum()), repeatability or 0.0)
         if left > BEYOND * explained:
             yield Finding.of(
                 Code.LEFT,

@@ -16,8 +16,11 @@ from compgen.identification.measured_poses import read_poses
 from compgen.identification.measurement_checks import check_copies, check_plausible, check_row_count
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
 from compgen.identification.model import build_model
+from compgen.identification.touch_rows import touch_rows
+from compgen.identification.touches import read_artefact, read_touches
 from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures
 from compgen.pipelines.files.robot_file import load_any_robot, load_arm
+from compgen.program.frames import default_frames
 from compgen.robot.kinematics import flange_pose
 
 HEAD = "order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"
@@ -230,6 +233,22 @@ def test_sigmas_weigh_rows_across_the_files_that_give_them(tmp_path, arm, rows):
     unsaid = read(tmp_path, arm, text(rows), "c.csv")
     own = np.array(12 * [10 / 15, 20 / 15] + 56 * [1.0])
     assert_allclose(concatenate([*files, unsaid]).sigma, own, rtol=1e-12)
+
+
+def test_noises_that_touches_say_weigh_them_across_files(tmp_path, arm):
+    """Two probes, of 5 and of 100 um: each was taken over its own median, and they counted alike."""
+    of = "[artefact]\n[[sphere]]\nname = 'a'\ndiameter_mm = 25\n"
+    of += "[probe]\ndiameter_mm = 5\nx_mm = 0\ny_mm = 0\nz_mm = 90\n"
+    (tmp_path / "artefact.toml").write_text(of)
+    head, files = f"target,{','.join(f'j{k}_deg' for k in range(1, 7))},sigma_um\n", list[Measurements]()
+    for name, sigma in (("fine.csv", 5), ("rough.csv", 100)):
+        body = "".join(f"a,{k},{k},0,{10 * k},-60,{20 * k},{sigma}\n" for k in range(6))
+        (tmp_path / name).write_text(head + body)
+        artefact = read_artefact(str(tmp_path / "artefact.toml"))
+        rows = read_touches(str(tmp_path / name), arm, artefact, default_frames().uframe)
+        files.append(touch_rows(rows, artefact, arm, 0, force=True))
+    weighed = concatenate(files).sigma
+    assert_allclose(weighed[6:] / weighed[:6], 20.0)
 
 
 def test_three_stations_of_a_line_are_enough_to_see_a_joint_turn_back(tmp_path, arm):

@@ -111,6 +111,24 @@ def test_a_coupling_that_the_arm_has_not_is_refused_however_much_it_gains(truth)
     assert "known to" not in limits_sentence(plain)
 
 
+def test_an_instrument_that_is_said_to_be_as_bad_explains_what_is_left(truth):
+    """Of a scanner of 100 um, and of one beside a tracker of 10 um: *the arm does what the model has not* was said."""
+    rng = np.random.default_rng(9)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
+    N, none = len(data.pose), np.zeros(len(data.pose), dtype=bool)
+    said = np.full(N, 1e-4)
+    distance = 1e-4 * np.sqrt(3) * np.ones(N)
+    assert [*left_findings(data, distance, none, None, [])]
+    assert not [*left_findings(replace(data, said=said), distance, none, None, [])]
+    said[::2] = 1e-5
+    both = replace(data, said=said, sigma=said / np.median(said))
+    assert not [*left_findings(both, np.sqrt(3) * said, none, None, [])]
+    unsaid = replace(both, said=None)  # by their own rows: 14 um where the better file counts
+    assert not [*left_findings(unsaid, np.sqrt(3) * said, none, None, [])]
+    (finding,) = left_findings(unsaid, 4 * np.sqrt(3) * said, none, None, [])
+    assert f"are {4 * np.sqrt(2 / (1e10 + 1e8)) * 1e6:.0f} um off" in finding.message
+
+
 def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
     """45 um of a coordinate are 1.5 times what is usual; wild rows and those that nothing predicts do not count."""
     rng = np.random.default_rng(9)

@@ -33,7 +33,7 @@ from compgen.identification.identified_robot_file import (
     text_with_sources,
     with_sensorless_nodes,
 )
-from compgen.identification.identify import Identification, identify
+from compgen.identification.identify import Identification, identify, identify_by_files
 from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measured_poses import read_poses
 from compgen.identification.measurement_checks import check_copies
@@ -314,15 +314,12 @@ def identify_files(
         InputError: A file or what it holds is wrong.
     """
     measurements, of_log = read_measurements(arm, files, force=force, reference=reference)
-    identified = identify(
-        arm.robot,
-        arm.known,
-        measurements,
-        len(arm.nodes),
-        progress,
-        temperatures=files.log is not None,
-        facts=arm.facts,
-    )
+
+    def identify_rows(rows: Measurements) -> Identification:
+        logged, facts = files.log is not None, arm.facts
+        return identify(arm.robot, arm.known, rows, len(arm.nodes), progress, temperatures=logged, facts=facts)
+
+    identified = identify_by_files(identify_rows, measurements)
     of_nodes = sensorless_findings(_sensorless(arm, identified), is_written=arm.law is not None)
     return replace(
         identified,
