@@ -5,7 +5,10 @@ W P R that were given for rotation vectors are no arm's. Places tell the two apa
 them as well, and columns in another order turn as from where the instrument does not stand.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
+from scipy.special import chdtri
 
 from compgen.core.arrays import Array, IntArray, norm
 from compgen.core.exceptions import InputError
@@ -13,7 +16,7 @@ from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
-from compgen.identification.fit import Fit
+from compgen.identification.fit import Fit, outlier_threshold
 from compgen.identification.instrument_frames import InstrumentFrames, reflector_axes
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
@@ -70,6 +73,24 @@ def refuse_turned(data: Measurements, rows: IntArray, turn: Array, most: float =
             "(median) otherwise than the arm: are they W P R, other Euler angles, in another order, or radians? give "
             "rotation vectors in deg, or leave them out"
         )
+
+
+def wild_turns(data: Measurements, fitted: Fit) -> Iterator[Finding]:
+    """Orientations of rows that count, too far from the arm's to be noise of their instrument: none is set aside."""
+    rows, off = fitted.linear.oriented, norm(fitted.linear.turn)
+    of = data.instrument[rows]
+    for i in np.unique(of).tolist():
+        usual = float(np.median(off[of == i]))
+        far = (of == i) & ~fitted.outlier[rows] & (off**2 * chdtri(3, 0.5) > usual**2 * outlier_threshold(len(rows)))
+        lines = [f"{data.label[rows[n]].rsplit(': ', 1)[1]}: {off[n] / DEG:.2g} deg" for n in np.flatnonzero(far)]
+        if lines:
+            more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
+            yield Finding.of(
+                Code.OUTLIER,
+                f"{data.file(int(rows[of == i][0]))}: orientations far from the arm's: {', '.join(lines[:5])}{more}, "
+                f"where {usual / DEG:.1g} deg is usual: all orientations count less by them; mend or empty rx_deg, "
+                "ry_deg, rz_deg there",
+            )
 
 
 def _most_turned(data: Measurements, rows: IntArray, turn: Array) -> tuple[int, float]:

@@ -15,6 +15,7 @@ from compgen.identification.evidence import USUAL_NOISE
 from compgen.identification.fit import Fit
 from compgen.identification.identifiability import Identifiability
 from compgen.identification.measured_poses import STILL
+from compgen.identification.measured_turns import wild_turns
 from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.parameters import CandidateModel
@@ -32,6 +33,11 @@ NAMED = 20  # rows set aside that are named one by one
 FOREIGN = 5 * MM  # [m] from the file's length: that of another robot
 ELSEWHERE = 4.0  # times better known where it was measured: the rest was not
 BEYOND = 1.5  # times what instrument and repeatability explain
+TURNED = 3  # stations of a line in which joints may be on the way through their play
+OVERRUN = (
+    "{} are stations of a line just behind where it turned back or began: play is not run through there; drive some mm "
+    "beyond each end before you measure, or leave them out"
+)
 MOVED = "did a reflector or the instrument move, is a joint's sign or coupling not the robot file's?"
 
 
@@ -65,6 +71,8 @@ def verdict_findings(
         *_refuse_no_gain(robot, data, nominal, selected, moved),
         *_unmoved_joints(data, moved),
         *set_aside_findings(data.label, np.flatnonzero(fitted.outlier), distance, usual),
+        *_overrun_missing(data, fitted),
+        *wild_turns(data, fitted),
         *_held_by_prior(model, identifiability.held_by_prior),
     ]
 
@@ -252,14 +260,29 @@ def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:
     for name, rows in limits:
         count = int((fitted.outlier & rows).sum())
         if count > FEWEST and count > MOST * rows.sum():
-            return [
-                Finding.of(
-                    Code.SET_ASIDE,
-                    f"{count} of {int(rows.sum())} ({100 * count / rows.sum():.0f} %) of {name} do not fit the others, "
-                    f"and {100 * MOST:.0f} % may be wild: {MOVED}",
-                )
-            ]
+            turned = int((fitted.outlier & rows & turned_back(data)).sum())
+            message = (
+                f"{count} of {int(rows.sum())} ({100 * count / rows.sum():.0f} %) of {name} do not fit the others, "
+                f"and {100 * MOST:.0f} % may be wild: {OVERRUN.format(turned) if 2 * turned > count else MOVED}"
+            )
+            return [Finding.of(Code.SET_ASIDE, message)]
     return []
+
+
+def turned_back(data: Measurements) -> BoolArray:
+    """Rows of axis tests within TURNED of where the carriage turned back, or the line began, (N,)."""
+    line = np.append(data.aligned, False)[data.instrument] * (data.instrument + 1)
+    motion = data.direction[data.pose]
+    begins = (np.diff(line, prepend=0) != 0) | (np.vstack([motion[:1], motion[1:] * motion[:-1]]).sum(axis=1) < 0)
+    since = np.arange(len(line)) - np.maximum.accumulate(np.where(begins, np.arange(len(line)), 0))
+    return np.asarray((line > 0) & (since < TURNED))
+
+
+def _overrun_missing(data: Measurements, fitted: Fit) -> Iterator[Finding]:
+    """What is said of rows set aside where an axis test turned back."""
+    count = int((fitted.outlier & turned_back(data)).sum())
+    if count and 2 * count > fitted.outlier.sum():
+        yield Finding.of(Code.OUTLIER, f"of the rows set aside, {OVERRUN.format(count)}")
 
 
 def _moved_alone(theta: Array) -> Array:

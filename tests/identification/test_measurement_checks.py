@@ -2,6 +2,8 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,9 +14,9 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
 from compgen.core.units import DEG
-from compgen.identification.fit import fit
+from compgen.identification.fit import Fit, fit
 from compgen.identification.instrument_frames import InstrumentFrames, with_orientations
-from compgen.identification.measured_turns import check_fitted_turns, refuse_turned
+from compgen.identification.measured_turns import check_fitted_turns, refuse_turned, wild_turns
 from compgen.identification.measurement_checks import (
     better_reading,
     check_copies,
@@ -278,6 +280,27 @@ def check_turns(arm, data):
     data = replace(data, rise=cold, lag=cold)
     zeros = next(c for c in candidate_models(model.groups()[0]) if c.groups)
     check_fitted_turns(data, fit(model, data, active_in_groups(model, zeros.groups)))
+
+
+def test_orientations_far_from_the_arms_are_named_by_their_rows():
+    """Three of sixty turned by 1 deg, drawn; the rest within 0.01 deg. They widened the noise without a word."""
+    rng = np.random.default_rng(8)
+    turn = rng.normal(0, 0.006 * DEG, (60, 3))
+    data = seen_by_a_tracker(np.zeros((60, 6)), np.zeros((60, 3)), np.zeros((60, 3, 3)))
+    none = np.zeros(60, dtype=bool)
+
+    def told(turn, outlier=none):
+        linear = SimpleNamespace(oriented=np.arange(60), turn=turn)
+        return [f.message for f in wild_turns(data, cast(Fit, SimpleNamespace(linear=linear, outlier=outlier)))]
+
+    assert told(turn) == []
+    turn[[4, 30, 31]] = np.array([1, 0, 0]) * DEG
+    (message,) = told(turn)
+    assert "from the arm's: line 6: 1 deg, line 32: 1 deg, line 33: 1 deg, where 0.01 deg is usual" in message
+    assert len(message) <= 300
+    assert "line 6" not in told(turn, np.arange(60) == 4)[0]  # its place is named already
+    turn[10:19] = np.array([1, 0, 0]) * DEG
+    assert "line 16: 1 deg and 7 more, where" in told(turn)[0]
 
 
 REFUSED = r"^m.csv: columns rx_deg, ry_deg, rz_deg: they turn by \d+\.\d deg \(median\) otherwise than the arm"

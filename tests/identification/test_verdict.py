@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from campaign import robot_file
 from shipped import quiet
-from synthetic import made_up, measured, random_theta
+from synthetic import axis_lines, made_up, measured, random_theta
 
 from compgen.core.finding_codes import Level
 from compgen.core.units import DEG, MM
@@ -14,8 +14,14 @@ from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
-from compgen.identification.measurements import DISTANCE
-from compgen.identification.verdict import left_findings, poses_to_add, refuse_foreign_lengths, refuse_set_aside
+from compgen.identification.measurements import DISTANCE, concatenate
+from compgen.identification.verdict import (
+    left_findings,
+    poses_to_add,
+    refuse_foreign_lengths,
+    refuse_set_aside,
+    turned_back,
+)
 from compgen.report.identification import identification_summary, limits_sentence
 
 
@@ -47,6 +53,25 @@ def test_a_fit_that_leaves_out_a_whole_series_is_refused(truth):
     of_series = replace(fitted, outlier=pushed & (np.cumsum(pushed) <= 9))  # 4 % of all rows
     (finding,) = refuse_set_aside(data, of_series)
     assert "J2" in finding.message
+
+
+def test_stations_behind_the_turn_of_a_line_are_told_apart_from_what_moved(truth):
+    """Play of 100 um that is not run through at the first station of each way: *did a reflector move* was said."""
+    rng = np.random.default_rng(7)
+    lines = axis_lines(truth, rng, 5e-6)  # 13 stations a way
+    assert np.flatnonzero(turned_back(lines)).tolist() == [n for n in range(234) if n % 13 < 3]
+    poses = measured(truth, random_theta(truth.arm.robot, rng, 30), rng, noise=5e-6)
+    lines = replace(lines, position=lines.position + 1e-4 * (np.arange(234) % 13 == 0)[:, None])
+    data = concatenate([poses, lines])
+    assert not turned_back(data)[:90].any()
+    fitted = fit(truth.model, data, np.ones(len(truth.model.parameters), dtype=bool))
+    first = np.append(np.zeros(90, dtype=bool), np.arange(234) % 13 == 0)
+    (finding,) = refuse_set_aside(data, replace(fitted, outlier=first))
+    assert "18 are stations of a line just behind where it turned back" in finding.message
+    assert "drive some mm beyond each end" in finding.message
+    assert len(finding.message) <= 300
+    (finding,) = refuse_set_aside(data, replace(fitted, outlier=np.arange(324) < 18))
+    assert "did a reflector or the instrument move" in finding.message
 
 
 def test_a_few_wild_rows_are_no_ground_to_refuse(truth):
