@@ -169,14 +169,21 @@ def lost_motion_findings(
         )
         message = f"lost motion by reversal runs, half-width over width [mdeg], law {motion.law}: {amounts}"
         yield Finding.of(Code.REVERSALS_WIDTH, message)
-    held = np.flatnonzero(~measured)
-    if len(held):
-        amounts = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in held)
-        yield Finding.of(
-            Code.REVERSALS_HELD,
-            "no reversal in small steps (reversals.csv of plan-poses), or too little play on it, tells how far these "
-            f"joints turn until their play is through; held [mdeg]: {amounts}",
-        )
+    has_run = np.zeros(6, dtype=bool) if motion is None else np.isfinite(motion.half_width)
+    for joints, reason in (
+        (
+            ~has_run,
+            f"held, for want of reversals in small steps with all others of {', '.join(names)} at rest, as "
+            "reversals.csv of plan-poses has them",
+        ),
+        (has_run & ~measured, "likely by their reversals, which show too little play for the noise"),
+    ):
+        if joints.any():
+            amounts = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in np.flatnonzero(joints))
+            yield Finding.of(
+                Code.REVERSALS_HELD,
+                f"how far joints turn until their play is through [mdeg]: {amounts}: {reason}",
+            )
 
 
 def _runs(data: Measurements) -> Iterator[tuple[int, IntArray]]:

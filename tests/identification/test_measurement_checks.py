@@ -300,7 +300,7 @@ def test_orientations_far_from_the_arms_are_named_by_their_rows():
     assert len(message) <= 300
     assert "line 6" not in told(turn, np.arange(60) == 4)[0]  # its place is named already
     turn[10:19] = np.array([1, 0, 0]) * DEG
-    assert "line 16: 1 deg and 7 more, where" in told(turn)[0]
+    assert "line 15: 1 deg and 7 more, where" in told(turn)[0]
 
 
 REFUSED = r"^m.csv: columns rx_deg, ry_deg, rz_deg: they turn by \d+\.\d deg \(median\) otherwise than the arm"

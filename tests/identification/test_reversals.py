@@ -20,10 +20,17 @@ from compgen.identification.measured_poses import motion_directions
 from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
-from compgen.identification.reversals import fit_lost_motion, with_runs_as_poses
+from compgen.identification.reversals import (
+    LostMotion,
+    fit_lost_motion,
+    lost_motion_findings,
+    with_lost_motion,
+    with_runs_as_poses,
+)
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.kinematics import flange_pose
 
+PLAY = "hysteresis"
 BACKLASH = np.array([2.5, 2.0, 2.5, 6.0, 7.0, 8.0]) * MDEG
 WIDTH = np.array([0.12, 0.2, 0.15, 0.25, 0.1, 0.18]) * DEG
 REFLECTORS = np.array([[0.06, 0.2, 0.1], [-0.1, 0.1, 0.15]])
@@ -237,6 +244,23 @@ def test_identify_writes_the_widths_and_the_law(plan, tmp_path, law):
     )  # the file loads: the program is missing
     only = run("identify", ROOT / "robots" / "m710ic50.toml", *words[:2], "-o", tmp_path / "held.toml", "--json")
     assert "reversals.held" in {f["code"] for f in json.loads(only.stdout)["findings"]}
+
+
+def test_a_width_that_a_run_leaves_likely_is_told_apart_from_one_that_is_held():
+    """J1 is known, J2 and J4 have no run, the runs of the others leave their widths open: all were *held*."""
+    arm = load_arm("m710ic50")
+    half = np.array([2.0, np.nan, 0.1, np.nan, 0.1, 0.1]) * MDEG
+    sigma = np.array([0.1, np.inf, 0.9, np.inf, 0.9, 0.9])
+    width = np.array([120, 200, 150, 200, 89, 280]) * MDEG
+    motion = LostMotion(law="play", width=width, width_sigma=sigma, half_width=half, half_sigma=np.full(6, 0.1 * MDEG))
+    played = [
+        s for s in symbolic_sources(arm.robot, arm.known, np.ones(6, bool), warm=False) if s.original.NAME == PLAY
+    ]
+    known, held, likely = (f.message for f in lost_motion_findings(arm.robot, motion, with_lost_motion(played, motion)))
+    assert known.endswith("law play: J1 2 over 120")
+    assert "J2 200, J4 200: held, for want of reversals" in held
+    assert "J2+J3" in held  # J2 alone on the pendant turns it, too
+    assert "J2+J3 150, J5 89, J6 280: likely" in likely
 
 
 @pytest.mark.parametrize("law", ["dahl", "play"])
