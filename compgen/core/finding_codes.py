@@ -186,7 +186,7 @@ class Code(StrEnum):
         "Check which sensor is which, and mend the header.", WARNING)
     LOG_GAP = ("log.gap", "identification", "A sensor has no reading around measured poses; its rise is modelled.",
         "Nothing, where the model is good enough.", NOTE)
-    LOG_LOOSE = ("log.loose", "identification", "Readings far from others are left out.", "Check the contact.", NOTE)
+    LOG_LOOSE = ("log.loose", "identification", "Readings are far off, or jump.", "Check the contact.", NOTE, WARNING)
     LOG_MODELLED = ("log.modelled", "identification", "A part has no sensor: its rise is modelled from the others.",
         "Nothing; a sensor there would tell more.", NOTE)
     LOG_FITTED = ("log.fitted", "identification", "How parts of the arm warm was fitted to the log, or to the poses.",

@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.finding_codes import Code
+from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.recorded.table import read_findings
 from compgen.core.units import DAY, MINUTE
@@ -85,10 +85,11 @@ def with_temperatures(
         *_lukewarm(log, reference),
         *swapped_sensors(log, rises, heat),
         *_gaps(log, data.time),
+        *jumps(log),
     ]
     if filled.loose:
         findings.append(
-            Finding.of(Code.LOG_LOOSE, f"{source}: {filled.loose} readings far from their neighbours are left out")
+            Finding(Level.NOTE, Code.LOG_LOOSE, f"{source}: {filled.loose} readings far from neighbours are left out")
         )
     if modelled:
         names = ", ".join(heat.names[k] for k in modelled)
@@ -237,6 +238,27 @@ def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> 
             f"{log.table.source}: are {log.column[a]} and ambient_degC swapped? they change by {highest[a]:.1f} "
             f"and {air:.1f} K",
         )
+
+
+def jumps(log: Temperatures) -> Iterator[Finding]:
+    """Sensors that go on from one reading to the next at another level than any part warms or cools to."""
+    for name, values in log.readings.items():
+        seen = np.isfinite(values)
+        if seen.sum() < 6:
+            continue
+        time, value = log.time[seen], values[seen]
+        level = np.median(np.lib.stride_tricks.sliding_window_view(value, 3), axis=1)
+        step, of_level = np.diff(value)[2:-2], level[3:] - level[:-3]
+        is_jump = (np.minimum(np.abs(step), np.abs(of_level)) > RISE) & (np.diff(time)[2:-2] <= SHORTEST)
+        if is_jump.any():
+            n = int(np.argmax(np.where(is_jump, np.abs(of_level), 0.0)))
+            yield Finding(
+                Level.WARNING,
+                Code.LOG_LOOSE,
+                f"{log.table.source}: {log.column[name]} jumps by {of_level[n]:+.1f} K at {time[n + 3]:.10g} s, as no "
+                "part does: did its contact or its logger change? mend it, or empty its cells on one side"
+                + (f" ({int(is_jump.sum())} jumps)" if is_jump.sum() > 1 else ""),
+            )
 
 
 def _gaps(log: Temperatures, time: Array) -> Iterator[Finding]:

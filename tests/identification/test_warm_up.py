@@ -236,3 +236,23 @@ def test_poses_in_gaps_of_more_than_half_an_hour_are_counted(tmp_path, arm):
     assert counted([(0, 2400)], 1200, 2500) == ["1 poses; its rise is modelled there"]  # its first two readings
     assert counted([(10800, 14400)], 12000) == ["1 poses; its rise is modelled there"]  # its last two
     assert counted([(-1, 7200), (7200, 1e9)], 3600, 7200, 8000) == ["1 poses; its rise is modelled there"]
+
+
+def test_a_sensor_that_goes_on_at_another_level_is_named_with_the_time(tmp_path, arm):
+    """J2 by 11 K as the law says; from 7260 s on, or for ten minutes, another number of kelvin more or less."""
+    time = np.arange(0, 4 * HOUR + 1, 60.0)
+
+    def told(more, end=1e9, step=1):
+        j2 = AIR + 11 * warming(time) + more * ((time >= 7260) & (time < end))
+        at = slice(None, None, step)
+        _, findings = with_log(tmp_path, arm, time[at], j2=j2[at], wrist=AIR + warming(time[at]), at=(600.0, 1200.0))
+        return [f.message.split("log.csv: ")[1] for f in findings if f.code == "log.loose" and f.level == "warning"]
+
+    assert told(0.0) == told(2.8) == []
+    (message,) = told(4.0)
+    assert message.startswith("j2_degC jumps by +4.1 K at 7260 s, as no part does")  # 0.1 K of it is warmth
+    (message,) = told(-15.0, 7860)
+    assert message.startswith("j2_degC jumps by +15.1 K at 7860 s")
+    assert message.endswith("on one side (2 jumps)")
+    assert told(30.0, 7300) == []  # a single reading: it is left out
+    assert told(4.0, step=11) == []  # eleven minutes apart
