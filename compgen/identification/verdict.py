@@ -30,6 +30,7 @@ MOST = 0.05  # share of the rows that may be set aside: of all, of a joint's, of
 FEWEST = 3  # rows that may always be wild
 FAR = 2e-3  # of the arm's reach: what no calibration leaves
 NAMED = 20  # rows set aside that are named one by one
+MISSED = 0.5 * MM  # of touches from one side: what no arm leaves
 FOREIGN = 5 * MM  # [m] from the file's length: that of another robot
 ELSEWHERE = 4.0  # times better known where it was measured: the rest was not
 BEYOND = 1.5  # times what instrument and repeatability explain
@@ -67,6 +68,7 @@ def verdict_findings(
         *_frames_told_apart(data, nominal, selected, identifiability),
         *refuse_set_aside(data, fitted),
         *_refuse_unexplained(robot, selected),
+        *_refuse_far_touches(data, selected),
         *refuse_foreign_lengths(robot, model, fitted),
         *_refuse_no_gain(robot, data, nominal, selected, moved),
         *_unmoved_joints(data, moved),
@@ -171,6 +173,21 @@ def _refuse_unexplained(robot: Robot, selected: FittedCandidate) -> Iterator[Fin
         f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
         "signs), the DH lengths and the order of the columns this robot's?",
     )
+
+
+def _refuse_far_touches(data: Measurements, selected: FittedCandidate) -> Iterator[Finding]:
+    """Refusal of touches from one side that leave more than any arm does: the radius is as good as an error of it."""
+    distance = selected.cross_validation.distance
+    rows = (data.kind == TOUCH) & (data.numbers == 1) & np.isfinite(distance) & ~selected.fit.outlier
+    said = 0.0 if data.said is None else float(np.nan_to_num(data.said[rows]).max(initial=0.0))
+    off = float(np.sqrt((distance[rows] ** 2).mean() / 3)) if rows.any() else 0.0
+    if off > max(MISSED, 3 * said):
+        yield Finding.of(
+            Code.UNEXPLAINED,
+            f"touches from one side are {off / UM:.0f} um off at poses not seen (rms), more than any arm leaves "
+            f"({MISSED / UM:.0f}): does diameter_mm of [probe] or of a sphere say the radius, or less than the ball, "
+            "and is value_mm in mm, along nx ny nz?",
+        )
 
 
 def _refuse_no_gain(

@@ -9,6 +9,7 @@ import pytest
 from campaign import robot_file as heated_robot
 from command_line import run
 from numpy.testing import assert_allclose
+from shipped import quiet
 from synthetic import random_theta
 
 from compgen.core.exceptions import InputError
@@ -17,6 +18,7 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.fit import fit
 from compgen.identification.identifiability import taught_sigma, unobservable, unseen_directions
+from compgen.identification.identify import identify
 from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale
 from compgen.identification.measurements import DISTANCE, TOUCH, blank_rows
 from compgen.identification.model import build_model
@@ -474,6 +476,20 @@ def test_a_certified_artefact_is_the_frame_that_validate_knows(arm, tmp_path):
     unknown = run("check-robot", "m710ic50", "--touches", tmp_path / "touches.csv")
     assert unknown.returncode == 2
     assert "--refit-frames" in unknown.stderr
+
+
+def test_a_probe_whose_ball_is_forgotten_is_refused(arm, tmp_path, sides):
+    """1 mm where the ball has 5: lengths and zeros took it up, 2.3 mm off elsewhere, and the file was accepted."""
+    of = artefact().replace("[probe]\ndiameter_mm = 5", "[probe]\ndiameter_mm = 1")
+    found = []
+    for artefact_text in (artefact(), of):
+        data = read(arm, tmp_path, touches=text(SIDED_HEAD, sides), of=artefact_text)
+        identification = identify(arm.robot, arm.known, data, len(arm.nodes), quiet, temperatures=False)
+        found.append([f.message for f in identification.findings if f.code == "unexplained"])
+    assert found[0] == []
+    (message,) = found[1]
+    assert "does diameter_mm of [probe] or of a sphere say the radius" in message
+    assert len(message) <= 300
 
 
 def test_touches_that_never_tilt_the_probe_are_refused(arm, tmp_path):
