@@ -112,7 +112,7 @@ class Fitted:
 )
 def test_an_arm_without_masses_is_told_of_its_sag(name, codes, monkeypatch):
     monkeypatch.setattr(identification_files, "read_measurements", lambda *_, **__: (None, []))
-    monkeypatch.setattr(identification_files, "identify", lambda *_, **__: Fitted())
+    monkeypatch.setattr(identification_files, "identify_by_files", lambda *_, **__: Fitted())
     monkeypatch.setattr(identification_files, "sensorless_nodes", lambda *_: [])
     files = identification_files.MeasurementFiles(poses=["poses.csv"])
     identified = identification_files.identify_files(arm_to_identify(name), files, "start", quiet, force=False)
@@ -127,7 +127,7 @@ def test_joints_that_give_against_their_load_are_warned_of(value, said, monkeypa
     sigma = {"compliance": 1e-6 * np.array([0, 0.08, 0.08, 0.2, 0.1, 0.5])}
     known = (UncertainSource(sag, {}, sigma, ""),)
     monkeypatch.setattr(identification_files, "read_measurements", lambda *_, **__: (None, []))
-    monkeypatch.setattr(identification_files, "identify", lambda *_, **__: Fitted(known=known))
+    monkeypatch.setattr(identification_files, "identify_by_files", lambda *_, **__: Fitted(known=known))
     monkeypatch.setattr(identification_files, "sensorless_nodes", lambda *_: [])
     files = identification_files.MeasurementFiles(poses=["poses.csv"])
     identified = identification_files.identify_files(arm_to_identify("irb120"), files, "start", quiet, force=False)
