@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, interpolated, lengths_along, norm, owns
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, interpolated, lengths_along, norm, owns
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.robot.configuration import posture_indices
@@ -327,11 +327,13 @@ def fitted(window: Window, robot: Robot, tool: Pose, motion: ControllerMotion) -
 def _nearest_about(curve: Array, arc: Array, places: Array, expected: Array) -> tuple[Array, Array]:
     """Where a curve passes places (R, 3) nearest, about expected arc lengths: (R,) [m], and from there, (R, 3) [m].
 
-    Where it all but turns back a search from one side ends there: far rows are looked for from both.
+    Where it turns by more than a right angle a search from one side ends there: far rows are looked for from both.
     """
     tangents = tangents_of(curve)
     at, _, off = nearest(curve, arc, tangents, places, expected, STEPS)
     far = np.flatnonzero(norm(off) > FAR)
+    beside = (expected[far] + side for side in (BOTH_SIDES[0], BOTH_SIDES[-1]))
+    far = far[dot(*(interpolated(place, arc[:-1], tangents) for place in beside)) < 0]
     for shift in BOTH_SIDES if len(far) else ():
         other_at, _, other = nearest(curve, arc, tangents, places[far], expected[far] + shift, STEPS)
         nearer = norm(other) < norm(off[far]) / 2
