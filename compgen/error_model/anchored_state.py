@@ -50,6 +50,10 @@ class AnchoredState:
     made_from: Mapping[str, str] = field(default_factory=dict)  # sha256 of each file
     digest: str = ""  # sha256 of the state's own file
 
+    def origin(self, since: str = "") -> str:
+        """Its verdict and time in brackets, as it stands behind its name; ``since``: how long ago that is."""
+        return f"({self.verdict}, at {self.time:.0f} s{since})"
+
     @property
     def sigma(self) -> Array:
         """Standard deviations, (K + 6 + D,)."""

@@ -39,6 +39,11 @@ class Loads:
         """Whether a mass of link or payload is known."""
         return bool(self.mass.any() or self.payload)
 
+    @property
+    def act(self) -> bool:
+        """Whether anything loads the joints: a weight under gravity, or a force."""
+        return bool(self.force.any() or (self.have_weight and self.gravity.any()))
+
     def without_force(self) -> "Loads":
         """Links and payload alone."""
         return replace(self, force=np.zeros(3))

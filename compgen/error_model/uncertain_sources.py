@@ -22,7 +22,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import DEG
 from compgen.error_model.schema import SourcesTable, SourceTable
-from compgen.error_model.source import ArmFacts, Parameter, Source
+from compgen.error_model.source import ArmFacts, LoadDependent, Parameter, Source
 from compgen.error_model.sources import ORDER
 from compgen.thermal.uncertainty import HeatChange, Interval
 
@@ -103,11 +103,10 @@ def without_effect(tables: SourcesTable, known: Sequence[UncertainSource]) -> li
         table, sources = getattr(tables, name), [of.source for of in known if of.source.NAME == name]
         has_values = any(np.any(getattr(source, p.field)) for source in sources for p in source.PARAMETERS)
         to_fit = any(row.sigma or row.prior for row in (table if isinstance(table, list) else [table]))
-        carries = tables.loads.payload_kg or any(tables.loads.link_kg)
-        if name == "compliance" and has_values:
-            if not (any(tables.loads.force_N) or (carries and any(tables.loads.gravity_m_s2))):
-                missing = "a mass under gravity, or force_N, in [sources.loads]"
-                idle.append(f"[sources.compliance]: nothing loads the joints; give {missing}")
+        is_loaded = any(isinstance(source, LoadDependent) and source.loads.act for source in sources)
+        if name == "compliance" and has_values and not is_loaded:
+            missing = "a mass under gravity, or force_N, in [sources.loads]"
+            idle.append(f"[sources.compliance]: nothing loads the joints; give {missing}")
         elif name != "thermal_growth" and not has_values and not to_fit:
             idle.append(f"[sources.{name}]: all its values are zero; give them, or remove it")
     return idle

@@ -15,7 +15,7 @@ from compgen.identification.measured_poses import (
     FARTHEST,
     JOINTS,
     joints_given,
-    name_numbers,
+    numbered_names,
     numbers_or,
     relative_sigma,
     row_labels,
@@ -58,7 +58,7 @@ def read_axis_tests(source: str, robot: Robot, nodes: int) -> Measurements:
     table.refuse_first(np.abs(direction) != 1, "direction", lambda n: f"{direction[n]:g} must be 1 or -1")
     if np.nanmax(np.abs(deviation), initial=0.0) > 5e4:
         raise InputError(f"{source}: columns d*_um: deviations beyond 50 mm; they are in um")
-    lines, line = name_numbers(words_or(table, "line", "1"))
+    lines, line = numbered_names(words_or(table, "line", "1"))
     theta = _joints(table, robot, position)
     return replace(
         blank_rows(theta, np.arange(N), row_labels(table), nodes),

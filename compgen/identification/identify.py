@@ -62,6 +62,7 @@ ROUNDS = 5  # of weighing files by their own noise
 UNLIKE = 2.0  # times apart: noises of files that differ
 SETTLED = 1.1  # times apart: factors of noises that stand still
 LARGEST_NOISE = 5 * np.array(USUAL_NOISE)  # of a file whose instrument may be so bad
+EACH_WEIGHED = "each is weighed by that; if both instruments should be alike, look for what moved"
 PLAIN_WARMTH = "warmth"  # the state that an arm without a heat model has
 
 
@@ -208,35 +209,45 @@ def identify_by_files(identify_rows: Callable[[Measurements], Identification], d
         identify_rows: Identifies from measurements.
         data: All measurements.
     """
-    pooled = weighed = identify_rows(data)
-    for step in range(ROUNDS):
+    pooled = identify_rows(data)
+    noises = noises_of_files(pooled.data, pooled.selected.fit)
+    if not differ(noises, UNLIKE):
+        return pooled
+    for _ in range(ROUNDS):
+        weighed = identify_rows(data := weighed_by_noise(data, noises))
         noises = noises_of_files(weighed.data, weighed.selected.fit)
         factors = [noise.factor for noise in noises]
-        if not differ(noises, 1.0 if step else UNLIKE) or max(factors) < SETTLED * min(factors):
+        if not noises or max(factors) < SETTLED * min(factors):
             break
-        weighed = identify_rows(data := weighed_by_noise(data, noises))
-    if weighed is pooled:
-        return pooled
-    told, doubts = list[Finding](), list[Finding]()
-    for best, worst in differ(noises, UNLIKE):
-        is_doubtful, words = _noise_words(weighed, best, worst)
-        (doubts if is_doubtful else told).append(Finding.of(Code.NOISES, words))
-    taken = pooled if doubts else weighed
-    return replace(taken, findings=(*taken.findings, *(doubts or told)))
+    apart = [(best, worst, _noise_by_itself(weighed, worst)) for best, worst in differ(noises, UNLIKE)]
+    doubtful = [_doubt(best, worst, own) for best, worst, own in apart if _is_no_instrument(worst, own)]
+    messages = doubtful or [f"{_noise_words(best, worst)}: {EACH_WEIGHED}" for best, worst, _ in apart]
+    taken = pooled if doubtful else weighed
+    return replace(taken, findings=(*taken.findings, *(Finding.of(Code.NOISES, message) for message in messages)))
 
 
-def _noise_words(weighed: Identification, best: FileNoise, worst: FileNoise) -> tuple[bool, str]:
-    """Whether a file's noise is no instrument's, and what is said of it."""
-    fitted = weighed.selected.fit
-    alone = weighed.data.subset(worst.rows)
+def _noise_by_itself(weighed: Identification, noise: FileNoise) -> float:
+    """What a fit to a file's rows alone leaves of a coordinate [m]."""
+    fitted, alone = weighed.selected.fit, weighed.data.subset(noise.rows)
     alone = replace(alone, sigma=alone.sigma / np.median(alone.sigma))
-    by_itself = float(fit(weighed.model, alone, fitted.active, start=fitted).noise_of_row[0])
-    noise = f"{worst.name} is {worst.noise / UM:.0f} um off (rms of a coordinate), {best.name} {best.noise / UM:.1f}"
-    if worst.noise < LARGEST_NOISE[worst.kind] and worst.noise < UNLIKE * by_itself:
-        return False, f"{noise}: each is weighed by that; if both instruments should be alike, look for what moved"
-    return True, (
-        f"{noise}, and {by_itself / UM:.0f} by itself: is it of another arm, state or setup, or did something move? "
-        "both weigh alike; a column sigma_um in both files says how well each instrument is known"
+    return float(fit(weighed.model, alone, fitted.active, start=fitted).noise_of_row[0])
+
+
+def _is_no_instrument(worst: FileNoise, by_itself: float) -> bool:
+    """Whether a file's noise is no instrument's: too large for one, or most of it gone where the file is alone."""
+    return bool(worst.noise >= min(LARGEST_NOISE[worst.kind], UNLIKE * by_itself))
+
+
+def _noise_words(best: FileNoise, worst: FileNoise) -> str:
+    """What the noises of two files are."""
+    return f"{worst.name} is {worst.noise / UM:.0f} um off (rms of a coordinate), {best.name} {best.noise / UM:.1f}"
+
+
+def _doubt(best: FileNoise, worst: FileNoise, by_itself: float) -> str:
+    """What is asked of a file that gets no noise of its own."""
+    return (
+        f"{_noise_words(best, worst)}, and {by_itself / UM:.0f} by itself: is it of another arm, state or setup, or "
+        "did something move? both weigh alike; a column sigma_um in both files says how well each instrument is known"
     )
 
 

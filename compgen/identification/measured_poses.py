@@ -58,7 +58,7 @@ def read_poses(
             "give the seconds at which each pose was measured"
         )
     names = words_or(table, "target", "tcp")
-    reflectors, reflector = name_numbers(names)
+    reflectors, reflector = numbered_names(names)
     clock_column = next((c for c in ("time_s", "order") if table.has(c)), None)
     time = None if clock_column is None else table.numbers(clock_column)
     rows = np.argsort(time, kind="stable") if time is not None else np.arange(len(pendant))
@@ -269,7 +269,7 @@ def numbers_or(table: CsvTable, column: str, otherwise: Array) -> Array:
     return table.numbers(column) if table.has(column) else otherwise
 
 
-def name_numbers(names: Sequence[str]) -> tuple[tuple[str, ...], IntArray]:
+def numbered_names(names: Sequence[str]) -> tuple[tuple[str, ...], IntArray]:
     """All names that occur, in their order, and the number of each among them."""
     known = tuple(dict.fromkeys(names))
     return known, np.array([known.index(name) for name in names], dtype=int)
@@ -301,4 +301,4 @@ def relative_sigma(table: CsvTable) -> dict[str, Any]:
     if not table.has("sigma_um"):
         return {}
     sigma = sigmas(table, 1e-3, 1e5, gaps=False)
-    return {"sigma": sigma / np.median(sigma), "said": sigma * UM}
+    return {"sigma": sigma / np.median(sigma), "stated_sigma": sigma * UM}

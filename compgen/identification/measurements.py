@@ -122,7 +122,7 @@ class Measurements:
     guess_sigma: Array | None = None  # (R,) [m] how well that is known; None: it says where a fit begins, and no more
     shifted: Array | None = None  # (S, M, K) [K] rises by the log with its clock moved; None: no log
     half_width: Array | None = None  # (6, 2) [rad] of each joint's play, and its sigma; NaN: no run; None: no runs
-    said: Array | None = None  # (N,) [m] standard deviation as the row's file says it; NaN, None: it says none
+    stated_sigma: Array | None = None  # (N,) [m] as the row's file says it; NaN, None: it says none
     notes: tuple[str, ...] = ()  # how files of another writer's form were understood
 
     def __post_init__(self) -> None:
@@ -172,7 +172,7 @@ class Measurements:
         """Measurements of some rows; all poses, reflectors and instruments stay."""
         per_row = ("pose", "instrument", "reflector", "position", "rotation", "sigma")
         values: dict[str, Any] = {name: getattr(self, name)[rows] for name in per_row}
-        values["said"] = None if self.said is None else self.said[rows]
+        values["stated_sigma"] = None if self.stated_sigma is None else self.stated_sigma[rows]
         label = tuple(label for label, keep in zip(self.label, rows.tolist(), strict=True) if keep)
         ends = FarEnds(**{f.name: getattr(self.ends, f.name)[rows] for f in fields(self.ends)})
         return replace(self, label=label, ends=ends, **values)
@@ -217,7 +217,7 @@ def concatenate(files: list[Measurements]) -> Measurements:
 
     reflector = [np.array([names.index(r) for r in p.reflectors], dtype=int) for p in files]
     fixed, place = merged_places([p.fixed for p in files], frames.tolist())
-    said = np.concatenate([np.full(len(p.pose), np.nan) if p.said is None else p.said for p in files])
+    stated = np.concatenate([np.full(len(p.pose), np.nan) if p.stated_sigma is None else p.stated_sigma for p in files])
 
     def stack(name: str) -> Array:
         return np.concatenate([getattr(p, name) for p in files])
@@ -234,8 +234,8 @@ def concatenate(files: list[Measurements]) -> Measurements:
         reflector=np.concatenate([number[p.reflector] for p, number in zip(files, reflector, strict=True)]),
         position=stack("position"),
         rotation=stack("rotation"),
-        sigma=_stacked_sigmas(files, said),
-        said=said,
+        sigma=_stacked_sigmas(files, stated),
+        stated_sigma=stated,
         label=tuple(label for p in files for label in p.label),
         reflectors=tuple(names),
         instruments=tuple(i for p in files for i in p.instruments),
@@ -249,12 +249,12 @@ def concatenate(files: list[Measurements]) -> Measurements:
     )
 
 
-def _stacked_sigmas(files: list[Measurements], said: Array) -> Array:
+def _stacked_sigmas(files: list[Measurements], stated: Array) -> Array:
     """Sigmas of all rows relative to those of their kind; where a file of a kind says none, each by its own file's."""
     sigma, kind = (np.concatenate([getattr(p, name) for p in files]) for name in ("sigma", "kind"))
     for rows in (kind == k for k in np.unique(kind)):
-        if np.isfinite(said[rows]).all():
-            sigma[rows] = said[rows] / np.median(said[rows])
+        if np.isfinite(stated[rows]).all():
+            sigma[rows] = stated[rows] / np.median(stated[rows])
     return sigma
 
 

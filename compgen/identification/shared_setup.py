@@ -96,24 +96,30 @@ def noises_of_files(data: Measurements, fitted: Fit) -> list[FileNoise]:
     """
     distance = leave_one_out_distance(fitted.linear, fitted.posterior, data, fitted.outlier)
     ratio = distance / chdtri(np.maximum(fitted.linear.A.any(axis=2).sum(axis=1), 1), 0.5)
-    owner, noises = _owners(data), list[FileNoise]()
+    file, noises = _files(data), list[FileNoise]()
+    owner = _owners(data, file)
     for kind in np.unique(data.kind).tolist():
         of_kind = data.kind == kind
-        if data.said is not None and np.isfinite(data.said[of_kind]).all():
+        if data.stated_sigma is not None and np.isfinite(data.stated_sigma[of_kind]).all():
             continue
-        of_files = [(file, of_kind & (owner == file)) for file in dict.fromkeys(owner[of_kind].tolist())]
-        several = [(file, rows) for file, rows in of_files if rows.sum() >= LEAST_ROWS]
-        for file, rows in several if len(several) > 1 else ():
+        of_owners = [(name, of_kind & (owner == name)) for name in dict.fromkeys(owner[of_kind].tolist())]
+        several = [(name, rows) for name, rows in of_owners if rows.sum() >= LEAST_ROWS]
+        for name, rows in several if len(several) > 1 else ():
             factor = float(np.sqrt(np.median(ratio[rows])))
             noise = factor * float(np.median(fitted.noise_of_row[rows] * data.sigma[rows]))
-            files = sorted({data.file(n) for n in np.flatnonzero(rows).tolist()})
-            noises.append(FileNoise(name=file, files=files, kind=kind, rows=rows, factor=factor, noise=noise))
+            files = sorted(set(file[rows].tolist()))
+            noises.append(FileNoise(name=name, files=files, kind=kind, rows=rows, factor=factor, noise=noise))
     return noises
 
 
-def _owners(data: Measurements) -> Array:
+def _files(data: Measurements) -> Array:
+    """The file of each row, (N,)."""
+    return np.array([data.file(n) for n in range(len(data.pose))], dtype=object)
+
+
+def _owners(data: Measurements, file: Array) -> Array:
     """The instrument that measured each place, by its name, else the file of each row, (N,)."""
-    owner = np.array([data.file(n) for n in range(len(data.pose))], dtype=object)
+    owner = file.copy()
     for i, name in enumerate(data.instruments):
         rows = (data.instrument == i) & (data.kind == PLACE)
         if not data.aligned[i] and rows.any():
@@ -123,7 +129,7 @@ def _owners(data: Measurements) -> Array:
 
 def weighed_by_noise(data: Measurements, noises: Sequence[FileNoise]) -> Measurements:
     """Measurements whose files weigh by their own noise."""
-    sigma, file = data.sigma.copy(), np.array([data.file(n) for n in range(len(data.pose))])
+    sigma, file = data.sigma.copy(), _files(data)
     for noise in noises:
         sigma[np.isin(file, noise.files) & (data.kind == noise.kind)] *= noise.factor
     for rows in (data.kind == kind for kind in {noise.kind for noise in noises}):

@@ -91,7 +91,7 @@ def touched_poses(
         direction=direction,
         time=touches.time,
         sigma=sigma / np.median(sigma),
-        said=touches.sigma,
+        stated_sigma=touches.sigma,
         ends=replace(
             plain_ends(N),
             kind=np.full(N, TOUCH),

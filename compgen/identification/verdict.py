@@ -117,9 +117,9 @@ def left_findings(
         if not rows.any():
             continue
         weight = data.sigma[rows] ** -2 / (data.sigma[rows] ** -2.0).sum()
-        said = np.nan if data.said is None else data.said[rows]
+        stated = np.nan if data.stated_sigma is None else data.stated_sigma[rows]
         left = np.sqrt(weight @ distance[rows] ** 2 / 3)
-        explained = np.hypot(np.sqrt((weight * np.fmax(USUAL_NOISE[kind], said) ** 2).sum()), repeatability or 0.0)
+        explained = np.hypot(np.sqrt((weight * np.fmax(USUAL_NOISE[kind], stated) ** 2).sum()), repeatability or 0.0)
         if left > BEYOND * explained:
             yield Finding.of(
                 Code.LEFT,
@@ -179,9 +179,9 @@ def _refuse_far_touches(data: Measurements, selected: FittedCandidate) -> Iterat
     """Refusal of touches from one side that leave more than any arm does: the radius is as good as an error of it."""
     distance = selected.cross_validation.distance
     rows = (data.kind == TOUCH) & (data.numbers == 1) & np.isfinite(distance) & ~selected.fit.outlier
-    said = 0.0 if data.said is None else float(np.nan_to_num(data.said[rows]).max(initial=0.0))
+    stated = 0.0 if data.stated_sigma is None else float(np.nan_to_num(data.stated_sigma[rows]).max(initial=0.0))
     off = float(np.sqrt((distance[rows] ** 2).mean() / 3)) if rows.any() else 0.0
-    if off > max(MISSED, 3 * said):
+    if off > max(MISSED, 3 * stated):
         yield Finding.of(
             Code.UNEXPLAINED,
             f"touches from one side are {off / UM:.0f} um off at poses not seen (rms), more than any arm leaves "

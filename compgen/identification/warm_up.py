@@ -247,6 +247,7 @@ def jumps(log: Temperatures) -> Iterator[Finding]:
         if seen.sum() < 6:
             continue
         time, value = log.time[seen], values[seen]
+        # steps beside the medians of the three readings before and of the three behind each
         level = np.median(np.lib.stride_tricks.sliding_window_view(value, 3), axis=1)
         step, of_level = np.diff(value)[2:-2], level[3:] - level[:-3]
         is_jump = (np.minimum(np.abs(step), np.abs(of_level)) > RISE) & (np.diff(time)[2:-2] <= SHORTEST)

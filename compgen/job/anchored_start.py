@@ -291,7 +291,7 @@ def state_note(state: AnchoredState, age: float, replaced: str, cell: Cell, air:
     since = f", {age / MINUTE:.0f} min ago" if age else ""
     instead = f" in place of {replaced}" if replaced else ""
     message = (
-        f"the robot begins as {state.digest[:8]} has it ({state.verdict}, at {state.time:.0f} s{since}){instead}; it "
+        f"the robot begins as {state.digest[:8]} has it {state.origin(since)}{instead}; it "
         f"holds {limit_words(state.window)} from then, standing"
     )
     then = state.air if air is None else float(air.at(np.zeros(1))[0])

@@ -132,7 +132,7 @@ def test_a_run_that_was_held_is_named_as_what_is_not_fitted(folder, robot):
     refused(identify(folder, "-o", "third.toml"), 2, "at one override and without being held; log a longer run that")
 
 
-def test_a_corner_that_all_but_turns_back_is_passed_where_the_program_leads(tmp_path, robot):
+def test_a_corner_that_all_but_turns_back_is_passed_where_the_program_leads(folder, robot):
     """Rows beside its tip were laid on the wrong side of it: *near P[20] the robot passed 957 um from ...*, refused."""
     # two runs of a program as users have them, and one whose second line all but turns back (161 deg)
     first = [
@@ -147,12 +147,11 @@ def test_a_corner_that_all_but_turns_back_is_passed_where_the_program_leads(tmp_
     points = np.array([*first, *second]) * 1e-3 - [0.4, 0.1, 0.1]
     fine = np.isin(np.arange(len(points)), [0, 5, 8, 9, 11])
     text = logs.listing(points, fine, speed=0.25)
-    (tmp_path / "PART.LS").write_bytes(text)
-    (tmp_path / "mine.toml").write_text(ROBOT)
-    write(tmp_path, robot, means=(0.176, 0.168), text=text)
-    result = identify(tmp_path, "-o", "new.toml")
+    (folder / "PART.LS").write_bytes(text)
+    write(folder, robot, means=(0.176, 0.168), text=text)
+    result = identify(folder, "-o", "new.toml")
     assert result.returncode == 0, result.stderr
-    report = json.loads((tmp_path / "new.json").read_text())
+    report = json.loads((folder / "new.json").read_text())
     assert report["held_out"]["max_um"] < 10  # of 2 um of noise
 
 

@@ -229,9 +229,9 @@ def test_joint_form_positions_are_taken_as_they_are():
     start = text.index("\tX =")
     end = text.index("\n};")
     joints = ",".join(f"\n\tJ{i}= {v:9.3f} deg" for i, v in enumerate((10, 20, -15, 30, -60, 45), 1))
-    found = fanuc.loads((text[:start] + joints + text[end:]).encode())
+    listing = fanuc.loads((text[:start] + joints + text[end:]).encode())
     robot = load_robot("m710ic50")
-    places = program_poses(found, robot, default_frames())
+    places = program_poses(listing, robot, default_frames())
     assert_allclose(robot.to_pendant(places.theta)[0] / DEG, [10, 20, -15, 30, -60, 45], atol=1e-12)
 
 

@@ -36,14 +36,14 @@ def test_rows_of_a_small_sigma_tell_models_apart_where_others_hide_it():
 
     Each row by its sigma, the plain one is found in most; all rows alike, in fewer.
     """
-    rng, block, found = np.random.default_rng(6), np.repeat(np.arange(BLOCKS), ROWS), [0, 0]
+    rng, block, right = np.random.default_rng(6), np.repeat(np.arange(BLOCKS), ROWS), [0, 0]
     sigma = np.where(np.arange(len(block)) % 2, 200.0, 5.0)
     for _ in range(300):
         noise = rng.normal(size=(len(block), 3)) * sigma[:, None]
         distances = [np.linalg.norm(off, axis=1) * UM for off in (noise, noise + np.array([3.0, 0, 0]))]
         for k, of_row in enumerate((sigma / np.median(sigma), 1.0)):
-            found[k] += richest_of_the_best([CrossValidation(d, block, of_row) for d in distances]) == 0
-    assert found[0] > 200 > 1.2 * found[1]
+            right[k] += richest_of_the_best([CrossValidation(d, block, of_row) for d in distances]) == 0
+    assert right[0] > 200 > 1.2 * right[1]
 
 
 def test_the_more_poses_scatter_the_less_tells_models_apart():

@@ -141,16 +141,16 @@ def test_an_instrument_that_is_said_to_be_as_bad_explains_what_is_left(truth):
     rng = np.random.default_rng(9)
     data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
     N, none = len(data.pose), np.zeros(len(data.pose), dtype=bool)
-    said = np.full(N, 1e-4)
+    stated = np.full(N, 1e-4)
     distance = 1e-4 * np.sqrt(3) * np.ones(N)
     assert [*left_findings(data, distance, none, None, [])]
-    assert not [*left_findings(replace(data, said=said), distance, none, None, [])]
-    said[::2] = 1e-5
-    both = replace(data, said=said, sigma=said / np.median(said))
-    assert not [*left_findings(both, np.sqrt(3) * said, none, None, [])]
-    unsaid = replace(both, said=None)  # by their own rows: 14 um where the better file counts
-    assert not [*left_findings(unsaid, np.sqrt(3) * said, none, None, [])]
-    (finding,) = left_findings(unsaid, 4 * np.sqrt(3) * said, none, None, [])
+    assert not [*left_findings(replace(data, stated_sigma=stated), distance, none, None, [])]
+    stated[::2] = 1e-5
+    both = replace(data, stated_sigma=stated, sigma=stated / np.median(stated))
+    assert not [*left_findings(both, np.sqrt(3) * stated, none, None, [])]
+    unstated = replace(both, stated_sigma=None)  # by their own rows: 14 um where the better file counts
+    assert not [*left_findings(unstated, np.sqrt(3) * stated, none, None, [])]
+    (finding,) = left_findings(unstated, 4 * np.sqrt(3) * stated, none, None, [])
     assert f"are {4 * np.sqrt(2 / (1e10 + 1e8)) * 1e6:.0f} um off" in finding.message
 
 

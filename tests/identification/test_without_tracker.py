@@ -481,13 +481,13 @@ def test_a_certified_artefact_is_the_frame_that_validate_knows(arm, tmp_path):
 def test_a_probe_whose_ball_is_forgotten_is_refused(arm, tmp_path, sides):
     """1 mm where the ball has 5: lengths and zeros took it up, 2.3 mm off elsewhere, and the file was accepted."""
     of = artefact().replace("[probe]\ndiameter_mm = 5", "[probe]\ndiameter_mm = 1")
-    found = []
+    refusals = []
     for artefact_text in (artefact(), of):
         data = read(arm, tmp_path, touches=text(SIDED_HEAD, sides), of=artefact_text)
         identification = identify(arm.robot, arm.known, data, len(arm.nodes), quiet, temperatures=False)
-        found.append([f.message for f in identification.findings if f.code == "unexplained"])
-    assert found[0] == []
-    (message,) = found[1]
+        refusals.append([f.message for f in identification.findings if f.code == "unexplained"])
+    assert refusals[0] == []
+    (message,) = refusals[1]
     assert "does diameter_mm of [probe] or of a sphere say the radius" in message
     assert len(message) <= 300
 

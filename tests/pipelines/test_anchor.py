@@ -424,8 +424,8 @@ def test_what_touches_off_by_more_than_is_open_leave_open_grows_with_them(days):
 def test_a_forecast_is_left_only_where_the_touches_agree_with_it(change, verdict):
     """Open by 50 um before and 49 after: touches that move the path by more than that are not left unsaid."""
     best, error = Weighed(AS_FORECAST, 0.0, 24.0), np.full(8, 10 * UM)
-    said, reason = anchor_verdict(best, 24, (50 * UM, 49 * UM, change), error, (), None, NOISE)
-    assert said == verdict
+    judged, reason = anchor_verdict(best, 24, (50 * UM, 49 * UM, change), error, (), None, NOISE)
+    assert judged == verdict
     assert ("with the touches to 49" in reason) is (verdict == "anchored")  # elsewhere a line of the screen's own
 
 

@@ -126,9 +126,9 @@ def test_a_correction_that_does_not_settle_says_where_and_what_to_try(spiral):
         last_step=1e-9,
         active_limits=(),
     )
-    told = job_findings.why_uncorrected(stuck)
-    assert told.startswith("waypoint 2: ")
-    assert "raise process.chord_um" in told
+    words = job_findings.why_uncorrected(stuck)
+    assert words.startswith("waypoint 2: ")
+    assert "raise process.chord_um" in words
 
 
 @pytest.mark.parametrize("apart", [1e-6, 1e-7, 1e-9, 1e-11])

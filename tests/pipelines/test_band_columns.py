@@ -223,11 +223,11 @@ def test_play_that_the_rest_does_not_tell_stands_as_lost_motion(plain):
     zeros = "robot.sources.joint_zeros.sigma.offset_mdeg=[2, 0, 0, 0, 0, 0]"
     given = program_of(f"robot.sources.hysteresis={table}", zeros)
     program = replace(given, job=replace(given.job, cell=replace(given.job.cell, posterior=posterior)))
-    found = job_uncertainty(program)
-    own = [q for q in found.quantities if q.name.startswith("identified")]
+    uncertainty = job_uncertainty(program)
+    own = [q for q in uncertainty.quantities if q.name.startswith("identified")]
     place = {
-        (found.parameters.sources[e.source].NAME, e.field): n
-        for n, e in reversed([*enumerate(found.parameters.entries)])
+        (uncertainty.parameters.sources[e.source].NAME, e.field): n
+        for n, e in reversed([*enumerate(uncertainty.parameters.entries)])
     }
     zero, play = place["joint_zeros", "offset"], place["hysteresis", "backlash"]
     F = np.array([[q.cause.parameters[zero], q.cause.parameters[play], q.cause.width[0] * wide] for q in own]).T

@@ -136,9 +136,9 @@ def test_a_load_up_to_what_the_robot_carries_and_gravity_up_to_20_are_taken():
 def test_errors_that_can_do_nothing_are_warned_of_once(keys, words):
     """A robot file whose compliance had no load, or whose play was zero, was taken without a word."""
     cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"), [f"robot.sources.{key}" for key in keys])
-    told = [f for f in cell.input_findings if f.code == "sources.loads"]
-    assert len(told) == bool(words)
-    for finding in told:
+    warnings = [f for f in cell.input_findings if f.code == "sources.loads"]
+    assert len(warnings) == bool(words)
+    for finding in warnings:
         assert finding.level == "warning"
         assert words in finding.message
     tool, theta = Pose(np.array([0.0, 0.1, 0.3]), np.eye(3)), np.array([[0.1, 0.3, -0.4, 0.5, 0.6, 0.7]])
@@ -154,9 +154,9 @@ def test_errors_that_can_do_nothing_are_warned_of_once(keys, words):
 def test_an_arm_that_cannot_grow_is_warned_of():
     for value, count in ((0, 1), (11.25, 0)):
         cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"), [f"robot.thermal.cte_um_m_K={value}"])
-        told = [f.message for f in cell.input_findings if f.code == "sources.loads"]
-        assert len(told) == count
-        assert all("[thermal]: cte_um_m_K is zero, so that nothing grows; give it" in words for words in told)
+        warnings = [f.message for f in cell.input_findings if f.code == "sources.loads"]
+        assert len(warnings) == count
+        assert all("[thermal]: cte_um_m_K is zero, so that nothing grows; give it" in words for words in warnings)
 
 
 def test_without_a_path_file_the_current_folder_comes_first_then_the_shipped(tmp_path):

@@ -686,8 +686,8 @@ def test_contributions_are_of_the_largest_error_on_the_part_as_everything_else_s
     """The twin's flight of the text: on its leads the tool errs more, and that was *the largest error*."""
     deviation = generate.predict(line, quiet).deviation()
     on_part, anywhere = deviation.on_part["total"].max / UM, deviation.extents["total"].max / UM
-    said = float(ASKS["contributions"](line, 5 * UM).sentence.split("on the part, ")[1].split()[0])
-    assert said == pytest.approx(on_part, abs=0.1)
+    largest = float(ASKS["contributions"](line, 5 * UM).sentence.split("on the part, ")[1].split()[0])
+    assert largest == pytest.approx(on_part, abs=0.1)
     assert anywhere > on_part + 0.2
 
 

@@ -266,7 +266,7 @@ def begin_with_state(known: PromptStart, file: str, age: float, late: float | No
         cell=cell,
         state=state_after(cell.heat, standing, cell.heat.start, air, begin),
         clock=clock,
-        why=f"state {state.digest[:8]} says so ({state.verdict}, at {state.time:.0f} s{since})",
+        why=f"state {state.digest[:8]} says so {state.origin(since)}",
         cause={
             "anchored": state.digest,
             "state_verdict": state.verdict,

@@ -225,7 +225,7 @@ def _anchor(names: Sequence[str], anchored: AnchoredState) -> Anchor:
 
 def _state_notes(run: PagedRun, anchored: AnchoredState, planned: float, now: float) -> tuple[str, ...]:
     """What a user must know of a state: that it does not count at its time, or what it found beside warmth."""
-    name = f"state {anchored.digest[:8]} ({anchored.verdict}, at {anchored.time:.0f} s)"
+    name = f"state {anchored.digest[:8]} {anchored.origin()}"
     if anchored.time < planned:
         return (f"{name} is from before the job was planned to start (--planned {planned:.0f} s): it does not count",)
     if anchored.time > now:

@@ -118,8 +118,7 @@ class Forecaster:
         cell = replace(known, warmth=known.warmth.begun(missed.covariance[:K, :K], hidden))
         if self.anchored is not None and known.state is self.anchored:
             cause |= {"state_time_s": self.anchored.time, "state_toml": state_text(self.anchored)}
-            name = f"{self.anchored.digest[:8]} ({self.anchored.verdict}, at {self.anchored.time:.0f} s)"
-            why += f"; state {name}"
+            why += f"; state {self.anchored.digest[:8]} {self.anchored.origin()}"
         air = float(self.course.air.at(np.array([start]))[0]) if self.is_air_logged else None
         clock = run.clock + (start - self.times.planned)
         return Begun(cell=cell, state=whole_state, clock=clock, why=why, cause=cause, air=air)
