@@ -11,8 +11,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.fanuc.canonical.layout import SharedFrame
 from compgen.fanuc.canonical.writer import head_and_body, position_blocks
-from compgen.program.program import REMARK_LENGTH
-from compgen.program.touches import Signal, TouchPositions
+from compgen.program.program import REMARK_LENGTH, Signal, TouchPositions
 
 SPEED_PERCENT = 20  # of full joint speed
 UTOOL = 1  # number of the tool while joints are measured

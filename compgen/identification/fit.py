@@ -12,7 +12,6 @@ has a chance below 1 % of happening even once in all rows of Gaussian noise."""
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtri
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix
@@ -37,14 +36,13 @@ from compgen.identification.linearisation import (
 )
 from compgen.identification.measurements import KINDS, KNOWN, ORIENTATION, PLACE, Measurements
 from compgen.identification.model import ArmModel
+from compgen.identification.outliers import leave_one_out_distance, outlier_threshold, student_weights
 
 STEPS = 10
 ROUNDS = 5  # of setting outliers aside
 SETTLED = 0.1  # change of the poses' share of the noise, over the whole, that needs no further round
-DEGREES_OF_FREEDOM = 4.0  # of Student's t
 CONVERGED = 1e-10  # m: a step that moves no row further ends the fit
 NEGLIGIBLE = 1e-3  # share of the noise: so does one that moves no row further than this, when scales are learnt
-CHANCE = 0.01  # that Gaussian noise alone sets a row aside, somewhere in the data
 SEEN_TWICE = 30.0  # degrees of freedom within and between poses that tell their noises apart
 LARGEST = 25.0  # of rho
 
@@ -224,7 +222,7 @@ class _Solver:
         for _ in range(STEPS):
             w = weight / data.sigma**2
             if student:
-                w = w * _student_weights(
+                w = w * student_weights(
                     point.linear.z / data.sigma[:, None], point.scales.noise[data.kind], data.numbers
                 )
             problem = self._problem(point, w)
@@ -327,35 +325,3 @@ class _Solver:
             kind=self.data.kind,
             linear=point.linear,
         )
-
-
-def outlier_threshold(rows: int, numbers: IntArray | int = 3) -> Array:
-    """Squared deviation over variance beyond which a row of so many numbers is an outlier."""
-    return np.asarray(chdtri(numbers, CHANCE / max(rows, 1)))
-
-
-def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Measurements, outlier: BoolArray) -> Array:
-    """Squared deviation of each row from what the others say of it, over its variance, (N,).
-
-    For a row inside the fit e' (s^2 V - A C A')^-1 e, for one that was set aside e' (s^2 V + A C A')^-1 e.
-    """
-    s2 = solution.scales.noise[data.kind] * (data.sigma**2 + solution.scales.rho * (data.kind == PLACE))
-    sign = np.where(outlier, 1.0, -1.0)
-    distance = np.empty(len(s2))
-    for numbers in np.unique(data.numbers).tolist():
-        rows = data.numbers == numbers
-        A, z = linear.A[rows, :numbers], linear.z[rows, :numbers]
-        # all rows in one product: a small one for each row takes many times as long
-        spread = (A.reshape(-1, A.shape[2]) @ solution.covariance).reshape(A.shape)
-        fit_variance = spread @ np.swapaxes(A, 1, 2)
-        S = s2[rows, None, None] * np.eye(numbers) + sign[rows, None, None] * fit_variance
-        values, vectors = np.linalg.eigh(S)
-        values = np.maximum(values, 0.1 * s2[rows, None])  # the fit follows some rows wherever they go
-        component = np.einsum("nji,nj->ni", vectors, z)
-        distance[rows] = (component**2 / values).sum(axis=1)
-    return distance
-
-
-def _student_weights(z: Array, s2: Array, numbers: IntArray) -> Array:
-    """Weights of Student's t for rows of one number or three, (N,)."""
-    return np.asarray((DEGREES_OF_FREEDOM + numbers) / (DEGREES_OF_FREEDOM + (z**2).sum(axis=1) / s2))

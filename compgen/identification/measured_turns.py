@@ -16,10 +16,11 @@ from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
-from compgen.identification.fit import Fit, outlier_threshold
+from compgen.identification.fit import Fit
 from compgen.identification.instrument_frames import InstrumentFrames, reflector_axes
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
+from compgen.identification.outliers import outlier_threshold
 
 LEFT = 1 * DEG  # median by which an orientation may be off without a word: of no arm
 MASTERED = 5 * DEG  # the same where no zeros are fitted: mastering by eye is off by a degree or two a joint

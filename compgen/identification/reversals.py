@@ -32,9 +32,9 @@ from compgen.core.findings import Finding
 from compgen.core.units import DEG, MDEG
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.source import DirectionDependent, Law, ReversalWidths
-from compgen.identification.fit import outlier_threshold
 from compgen.identification.measurements import PLACE, TOUCH, Measurements
 from compgen.identification.model import SymbolicSource
+from compgen.identification.outliers import outlier_threshold
 from compgen.robot.robot import Robot
 
 STEP = 2.5 * DEG  # a joint's longest step within a run

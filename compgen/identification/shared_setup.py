@@ -24,8 +24,9 @@ from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import UM
-from compgen.identification.fit import Fit, leave_one_out_distance
+from compgen.identification.fit import Fit
 from compgen.identification.measurements import PLACE, Measurements, with_one_frame_a_name
+from compgen.identification.outliers import leave_one_out_distance
 
 CHANCE = 1e-3  # that frames of one setup are taken for two
 CLOSE = 1e-3  # [m], [rad]: nobody sets an instrument up so nearly in the same place again without aligning it

@@ -17,12 +17,13 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
 from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.uncertain_sources import UncertainSource
-from compgen.identification.fit import fit, outlier_threshold
+from compgen.identification.fit import fit
 from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.measured_turns import turned_findings
 from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, build_model, fixed_source
+from compgen.identification.outliers import outlier_threshold
 from compgen.identification.parameters import without_force
 from compgen.identification.reversals import has_runs, with_directions
 from compgen.identification.verdict import left_findings, set_aside_findings

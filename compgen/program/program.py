@@ -1,4 +1,4 @@
-"""What a program means: poses in SI, and the motion that leads to each."""
+"""What a program means: poses in SI, and the motion that leads to each; of one that touches spheres, its positions."""
 
 import re
 from dataclasses import dataclass
@@ -8,6 +8,8 @@ import numpy as np
 
 from compgen.core.arcs import segment_lengths
 from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.pose import Pose
+from compgen.robot.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
 REMARK_LENGTH = 32  # characters
@@ -48,6 +50,33 @@ class Program:
     def lengths(self) -> Array:
         """Of the lines, and of each arc's two parts, (N - 1,) [m]."""
         return segment_lengths(self.position, self.via)
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """What ends a search, and where places are kept."""
+
+    condition: str  # as SKIP CONDITION has it, e.g. "DI[1]=ON"
+    register: int  # the first PR[n]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class TouchPositions:
+    """The 3 n positions of n touches, in a user frame."""
+
+    name: tuple[str, ...]  # (n,) of the spheres
+    begin: int  # above which of them the program begins, from 0
+    pose: Pose  # 3 n
+    posture: Posture
+    turns: IntArray  # (3 n, 3)
+    uframe: int
+    utool: int
+    decimals: int
+
+    def config(self, n: int) -> str:
+        """The text of CONFIG at a position, from 0."""
+        a, b, c = self.turns[n].tolist()
+        return f"{config_letters(self.posture)}, {a}, {b}, {c}"
 
 
 def program_name(text: str, length: int) -> str:

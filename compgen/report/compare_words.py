@@ -9,7 +9,8 @@ import numpy as np
 from compgen.core.arrays import nine_digits, rms
 from compgen.core.commands import Command
 from compgen.core.units import MDEG, UM, counted
-from compgen.pipelines.comparison.comparison import RISES, Comparison, FindingText, MatchedScenarios, Pair
+from compgen.pipelines.comparison.comparison import Comparison, FindingText, MatchedScenarios, Pair
+from compgen.pipelines.comparison.numbers import RISES
 from compgen.pipelines.comparison.outputs import Output
 from compgen.pipelines.comparison.positions import Movement
 from compgen.report.inputs import SHORT

@@ -10,7 +10,7 @@ from compgen.core.pose import POSE_KEYS
 from compgen.core.units import DEG, UM
 from compgen.pipelines.anchor.touch_plan import PlannedTouches
 from compgen.program.digits import pose_numbers
-from compgen.program.touches import Signal, TouchPositions
+from compgen.program.program import Signal, TouchPositions
 
 
 def touches_csv(planned: PlannedTouches, touches: TouchPositions, *, stops: bool) -> bytes:

@@ -9,9 +9,10 @@ import pytest
 from scipy.stats import chi2
 
 from compgen.identification.evidence import Posterior, Scales
-from compgen.identification.fit import leave_one_out_distance, outlier_threshold, pose_noise
+from compgen.identification.fit import pose_noise
 from compgen.identification.linearisation import Linearisation
 from compgen.identification.measurements import DISTANCE, PLACE, blank_rows
+from compgen.identification.outliers import leave_one_out_distance, outlier_threshold
 
 
 @pytest.mark.parametrize(("rows", "numbers"), [(1, 3), (50, 1), (2000, 3)])

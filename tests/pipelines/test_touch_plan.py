@@ -23,7 +23,7 @@ from compgen.pipelines.anchor.estimate import path_places
 from compgen.pipelines.anchor.touch_model import left_by_anchoring
 from compgen.pipelines.anchor.touch_plan import plan_path_touches, positions_of, prove_touches, write_touches
 from compgen.pipelines.files.path_file import load_job
-from compgen.program.touches import Signal
+from compgen.program.program import Signal
 from compgen.report.touch_plan import touches_csv
 
 SIGMA = 12e-6

@@ -27,7 +27,7 @@ from compgen.core.units import MM, UM, counted
 if TYPE_CHECKING:
     from compgen.identification.touch_candidates import Search
     from compgen.pipelines.anchor import Anchored
-    from compgen.program.touches import Signal
+    from compgen.program.program import Signal
 
 PAGE, RECORD = "anchor.html", "anchor.json"
 
@@ -243,7 +243,7 @@ class SearchChoice:
 
     def signal(self) -> "Signal | None":
         """What ends a search, None where the program stops instead; raises InputError for a condition that is none."""
-        from compgen.program.touches import Signal
+        from compgen.program.program import Signal
 
         return None if self.stops or self.centres else Signal(_condition(self.skip), self.register)
 

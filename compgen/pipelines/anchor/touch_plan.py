@@ -29,7 +29,7 @@ from compgen.pipelines.anchor.touch_model import TouchModel, left_by_anchoring, 
 from compgen.pipelines.anchor.touching import LEAST_COORDINATES, THROUGH
 from compgen.program.digits import resolution
 from compgen.program.frames import Frames
-from compgen.program.touches import Signal, TouchPositions
+from compgen.program.program import Signal, TouchPositions
 from compgen.robot.configuration import turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 

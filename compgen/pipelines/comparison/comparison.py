@@ -1,14 +1,8 @@
-"""Two outputs of one kind, side by side: what changed in what went in, and in what came out.
-
-Reports hold all digits of a double. Sums in another order, another machine, another version of a library move the
-last of them, which is nothing that anybody changed: two numbers are the same that differ by less than the last digit
-that a table shows.
-"""
+"""Two outputs of one kind, side by side: what changed in what went in, and in what came out."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -20,31 +14,15 @@ from compgen.core.findings import beyond_text
 from compgen.core.toml import dotted_keys
 from compgen.core.units import UM
 from compgen.pipelines.comparison import numbers
-from compgen.pipelines.comparison.numbers import ErrorAlong, error_along
+from compgen.pipelines.comparison.numbers import SHOWN, ErrorAlong, error_along, tolerance_of
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number, read_output
 from compgen.pipelines.comparison.positions import Movement, movement
 from compgen.pipelines.comparison.texts import first_page_anew
 from compgen.verification.verdict import Verdict
 
-RISES = "rise_K."  # what the keys of rises begin with
-#: by what a key ends with, the last digit that is shown: 0.01 um, mdeg, s or K, and 0.01 % of a share
-SHOWN = {"_um": 0.01, "_mdeg": 0.01, "_s": 0.01, "at_feed": 1e-4}
-DIGITS = 6  # that are shown of every other number that is no count
 ERROR = SHOWN["_um"] * UM  # [m]
 _COLUMN = {"before": "before_on_part_max_um", "after": "after_on_part_max_um"}  # of a scenario
 FindingText = tuple[str, str, str]  # of a finding: level, code, message
-
-
-def tolerance_of(key: str, a: float, b: float) -> float:
-    """What the values of a key may differ by, in its own unit; counts are exact."""
-    if isinstance(a, int) and isinstance(b, int):
-        return 0.0
-    if key.startswith(RISES):
-        return 0.01
-    shown = next((limit for ending, limit in SHOWN.items() if key.endswith(ending)), None)
-    if shown is not None:
-        return shown
-    return 10.0 ** (floor(log10(max(abs(a), abs(b)))) + 1 - DIGITS)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,10 +1,15 @@
 """The numbers of a report that a comparison looks at, by kind, under the keys that the report has them by.
 
 The error of an output along its path, its stations, its runs: what a figure shows of two.
+
+Reports hold all digits of a double. Sums in another order, another machine, another version of a library move the
+last of them, which is nothing that anybody changed: two numbers are the same that differ by less than the last digit
+that a table shows.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -16,6 +21,10 @@ from compgen.core.findings import one_line
 from compgen.core.units import MM, UM
 from compgen.pipelines.comparison.outputs import Output, naming_damage, number
 
+RISES = "rise_K."  # what the keys of rises begin with
+#: by what a key ends with, the last digit that is shown: 0.01 um, mdeg, s or K, and 0.01 % of a share
+SHOWN = {"_um": 0.01, "_mdeg": 0.01, "_s": 0.01, "at_feed": 1e-4}
+DIGITS = 6  # that are shown of every other number that is no count
 Values = dict[str, Any]
 _WHOLE = ("after.total.max_um", "before.total.max_um")
 _ON_PART = ("on_part.after.total.max_um", "on_part.before.total.max_um")
@@ -41,6 +50,18 @@ class ReportNumbers:
     error: Values  # its sizes, the verdict and the band
     time: Values  # duration and the share at feed
     program: Values  # what is loaded, or how many scenarios and runs there are
+
+
+def tolerance_of(key: str, a: float, b: float) -> float:
+    """What the values of a key may differ by, in its own unit; counts are exact."""
+    if isinstance(a, int) and isinstance(b, int):
+        return 0.0
+    if key.startswith(RISES):
+        return 0.01
+    shown = next((limit for ending, limit in SHOWN.items() if key.endswith(ending)), None)
+    if shown is not None:
+        return shown
+    return 10.0 ** (floor(log10(max(abs(a), abs(b)))) + 1 - DIGITS)
 
 
 def report_numbers(output: Output) -> ReportNumbers:

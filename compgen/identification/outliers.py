@@ -1,0 +1,48 @@
+"""Rows of measurements too far off to be noise: which they are, and how little they weigh before that is known.
+
+A row is an outlier whose deviation from what the other rows say has a chance below 1 % of happening even once in all
+rows of Gaussian noise. Until then Student's t gives each the weight (4 + n) / (4 + |z|^2 / s^2), n its numbers.
+"""
+
+import numpy as np
+from scipy.special import chdtri
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.identification.evidence import Posterior
+from compgen.identification.linearisation import Linearisation
+from compgen.identification.measurements import PLACE, Measurements
+
+CHANCE = 0.01  # that Gaussian noise alone sets a row aside, somewhere in the data
+DEGREES_OF_FREEDOM = 4.0  # of Student's t
+
+
+def outlier_threshold(rows: int, numbers: IntArray | int = 3) -> Array:
+    """Squared deviation over variance beyond which a row of so many numbers is an outlier."""
+    return np.asarray(chdtri(numbers, CHANCE / max(rows, 1)))
+
+
+def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Measurements, outlier: BoolArray) -> Array:
+    """Squared deviation of each row from what the others say of it, over its variance, (N,).
+
+    For a row inside the fit e' (s^2 V - A C A')^-1 e, for one that was set aside e' (s^2 V + A C A')^-1 e.
+    """
+    s2 = solution.scales.noise[data.kind] * (data.sigma**2 + solution.scales.rho * (data.kind == PLACE))
+    sign = np.where(outlier, 1.0, -1.0)
+    distance = np.empty(len(s2))
+    for numbers in np.unique(data.numbers).tolist():
+        rows = data.numbers == numbers
+        A, z = linear.A[rows, :numbers], linear.z[rows, :numbers]
+        # all rows in one product: a small one for each row takes many times as long
+        spread = (A.reshape(-1, A.shape[2]) @ solution.covariance).reshape(A.shape)
+        fit_variance = spread @ np.swapaxes(A, 1, 2)
+        S = s2[rows, None, None] * np.eye(numbers) + sign[rows, None, None] * fit_variance
+        values, vectors = np.linalg.eigh(S)
+        values = np.maximum(values, 0.1 * s2[rows, None])  # the fit follows some rows wherever they go
+        component = np.einsum("nji,nj->ni", vectors, z)
+        distance[rows] = (component**2 / values).sum(axis=1)
+    return distance
+
+
+def student_weights(z: Array, s2: Array, numbers: IntArray) -> Array:
+    """Weights of Student's t for rows of one number or three, (N,)."""
+    return np.asarray((DEGREES_OF_FREEDOM + numbers) / (DEGREES_OF_FREEDOM + (z**2).sum(axis=1) / s2))
