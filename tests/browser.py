@@ -80,6 +80,7 @@ class Browser:
 
     def open(self, page: Path, width: int = 1400, dark: bool = False, scripts: bool = True) -> None:
         """Load a page from disk in a window of a width [px]."""
+        self.driver.get("about:blank")  # one with figures in space would go on drawing while the next one is loaded
         self._do("Emulation.setScriptExecutionDisabled", value=not scripts)
         self._do("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}

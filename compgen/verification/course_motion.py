@@ -104,6 +104,8 @@ def _led(
     course: ProgramCourse, robot: Robot, motion: ControllerMotion, clock: Array, run: slice, spread: Array
 ) -> _Led:
     """The nodes of one run, commanded and smoothed; behind the last it rests until all has settled."""
+    if run.stop - run.start == 2:  # one straight way, which no smoothing leaves
+        return _Led(course.arc[run], np.zeros((2, 3)), np.zeros(2))
     before = spread[np.maximum(np.arange(run.start, run.stop) - 1, 0)]
     wait = corner_wait(replace(robot, motion=motion), np.where(course.stop[run], 1.0, course.kept[run]), before)
     period = robot.controller.period

@@ -133,10 +133,10 @@ def fit_kind(
         size = kind.count + (kind.reach_at is not None)
         even, tried = (EVEN, 1) if shares == STARTS else (ALIKE, TRIED)
         usual = [np.array([(share * LONGEST[kind.filters]) ** 2, even, GROWS][:size]) for share in shares]
-        starts = [start] if start is not None else usual
-        costs = [_cost(kind, residuals, fitted, x) for x in starts]
-        solved = [_solve(kind, residuals, fitted, starts[k]) for k in np.argsort(costs)[:tried].tolist()]
-        numbers = min(solved, key=partial(_cost, kind, residuals, fitted))
+        cost = partial(_cost, kind, residuals, fitted)
+        starts = sorted(usual, key=cost)[:tried] if start is None else [start]
+        solved = [_solve(kind, residuals, fitted, each) for each in starts]
+        numbers = solved[0] if len(solved) == 1 else min(solved, key=cost)
     left = residuals(motion_named(kind, numbers))
     squares = (left**2).sum(axis=1)[~fitted]
     _, which = np.unique(block[~fitted], return_inverse=True)
