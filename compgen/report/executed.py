@@ -52,7 +52,7 @@ def executed_summary(run: ExecutedRun, text: ProgramText, robot: Robot, bound: f
         "covered": {
             "from_mm": first / MM,
             "to_mm": last / MM,
-            "share": (last - first) / course.length,
+            "share": course.share(first, last),
             "from": course.point_name(first),
             "to": course.point_name(last),
         },

@@ -287,6 +287,33 @@ def test_a_log_of_several_tools_is_told_to_be_cut_to_one(folder):
     assert "log joints" not in result.stderr
 
 
+def test_a_whole_run_from_and_to_a_home_in_another_tool_is_whole(folder):
+    """*The log has 45 % of the path* was said, and *outside*: no log of one tool comes to home's place."""
+    zeros = "x_mm=0\ny_mm=0\nw_deg=0\np_deg=0\nr_deg=0\n"
+    (folder / "frames.toml").write_text(f"[utool.1]\nz_mm=250\n{zeros}[utool.2]\nz_mm=100\n{zeros}")
+    places = [(1200, -300, 400), (1300, -150, 0), (1300, 150, 0), (1200, -300, 400)]
+    tools, letters = (2, 1, 1, 2), ("J P[1] 20%", "L P[2] 100mm/sec", "L P[3] 100mm/sec", "J P[4] 20%")
+    points = [
+        ls_text.cartesian(n, (*p, 180, 0, 0), ut=t) for n, (p, t) in enumerate(zip(places, tools, strict=True), 1)
+    ]
+    moves = [w for t, word in zip(tools, letters, strict=True) for w in (f"UTOOL_NUM={t}", f"{word} FINE")]
+    (folder / "PART.LS").write_bytes(ls_text.program(["UFRAME_NUM=0", *moves], points))
+    rows: list[tuple[float, ...]] = []
+    ways = [np.array(p) - (0, 0, 150 if t == 2 else 0) for p, t in zip(places, tools, strict=True)]  # of tool 1's point
+    for begin, end in zip(ways[:-1], ways[1:], strict=True):
+        for share in (1 - np.cos(np.linspace(0, np.pi, 300))) / 2:
+            x, y, z = begin + share * (end - begin)
+            pose = arm.frame(x, y, z, 180, 0, 0) @ np.linalg.inv(arm.frame(0, 0, 250, 0, 0, 0))
+            rows.append(arm.joints_at(pose, rows[-1] if rows else (-14, 0, -30, 0, -60, 14)))
+    for last, is_whole in ((900, True), (500, False)):
+        lines = (",".join(f"{v:.5f}" for v in (0.008 * k, *row)) for k, row in enumerate(rows[:last]))
+        (folder / "log.csv").write_text("\n".join(["time_s,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", *lines, ""]))
+        executed(folder, "--frames", "frames.toml")
+        assert ("executed.part" not in codes(folder)) == is_whole
+        covered = report(folder)["covered"]
+        assert (covered["share"] > 0.998, covered["from"]) == (is_whole, "P[2]")
+
+
 def test_a_log_of_a_program_that_loops_is_told_to_be_cut_to_one_pass(folder):
     """Three rounds of a loop were another program, and *give the log of one run of this program* was the mend."""
     corners = [np.array([x, y, 300.0]) for x, y in ((1200, 0), (1300, 0), (1300, 80), (1200, 80))]

@@ -195,7 +195,18 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     tools = IDENTITY if tool == NONE else poses.tools[tool]
     course = _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers, robot)
     several_frames, several_tools = (count > 1 for count in frames_and_tools)
-    return replace(course, several_frames=several_frames, several_tools=several_tools, flow=drive.flow, settles=True)
+    elsewhere = _elsewhere(poses.tool[pose], judged, nodes["position"])
+    course = replace(course, elsewhere=elsewhere, flow=drive.flow, settles=True)
+    return replace(course, several_frames=several_frames, several_tools=several_tools)
+
+
+def _elsewhere(tool: IntArray, judged: BoolArray, position: Array) -> tuple[float, float]:
+    """Ways before the first judged one, and behind the last, that another tool begins or ends [m]: home, mostly."""
+    sure, changed, arc = np.flatnonzero(judged), np.flatnonzero(np.diff(tool)) + 1, lengths_along(position)
+    if not len(sure):
+        return 0.0, 0.0
+    before, behind = changed[changed <= sure[0]], changed[changed > sure[-1] + 1]
+    return float(arc[before].max(initial=0.0)), float((arc[-1] - arc[behind - 1]).max(initial=0.0))
 
 
 def known_stations(poses: Poses, drive: DrivenProgram) -> IntArray:

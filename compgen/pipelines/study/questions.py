@@ -18,7 +18,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.job import Job
 from compgen.job.start_window import late_rise
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.study.geometry import displacement, execute_with, part_weight, plan_geometry
+from compgen.pipelines.study.geometry import Geometry, displacement, execute_with, part_weight, plan_geometry
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 
 MOST_PASSES = 6
@@ -168,8 +168,8 @@ def contributions(job: Job, limit: float) -> Answer:
 
 
 def steady(job: Job, limit: float) -> Answer:
-    """When a steady duty's error stops changing: within a limit [m] of its end, and 95 % of it."""
-    geometry, moving = plan_geometry(job), _moving(job)
+    """When a steady duty's error on the part stops changing: within a limit [m] of its end, and 95 % of it."""
+    geometry, moving = _on_part(plan_geometry(job)), _moving(job)
     thin = geometry.thinned(200)
     hours = np.concatenate([np.linspace(0, 12, 49), np.linspace(13, 96, 84)])
     air = replace(job.history.air, amplitude=0.0)  # what a wave adds never settles
@@ -179,9 +179,8 @@ def steady(job: Job, limit: float) -> Answer:
     gaps = np.array([_largest(displacement(job, thin, r) - final) for r in rises[:-1]])
     end = _largest(final)
     near, most = (when_settled(hours, gaps, g) for g in (limit, 0.05 * end))
-    sentence = (
-        f"steady {most} at {_pace(moving)} (95 %); within {limit / UM:g} um of the final {end / UM:.1f} um {near}"
-    )
+    within = f"within {limit / UM:g} um of the final {end / UM:.1f} um on the part {near}"
+    sentence = f"steady {most} at {_pace(moving)} (95 %); {within}"
     table = np.column_stack([hours, errors / UM, gaps / UM])
     return Answer(key="steady", sentence=sentence, columns=("hours", "error_um", "to_go_um"), table=table, limit=limit)
 
@@ -199,7 +198,7 @@ class Candidate:
 def _orders_at(jobs: list[Job], feed: float) -> Iterator[Candidate]:
     """Passes at a feed in each order, one warming the robot for the next."""
     laid = [plan_geometry(job) for job in jobs]
-    some = [g.at(np.flatnonzero(part_weight(g, g))).thinned(150) for g in laid]  # judged as a bound is: on the part
+    some = [_on_part(g).thinned(150) for g in laid]
     heat, history = jobs[0].heat, jobs[0].history
     for order in permutations(range(len(jobs))):
         state, worst, spent = history.state(heat), 0.0, 0.0
@@ -331,6 +330,11 @@ def _answer_passes(
     except ValueError:
         raise InputError(f"--feeds {feeds}: not numbers; give mm/s as in 20,100,200") from None
     return passes(jobs, speeds or [jobs[0].feed * share for share in (0.25, 0.5, 1)], at_feed, limit)
+
+
+def _on_part(geometry: Geometry) -> Geometry:
+    """What a bound, a contribution and a steady error are of."""
+    return geometry.at(np.flatnonzero(part_weight(geometry, geometry)))
 
 
 def _moving(job: Job) -> Duty:

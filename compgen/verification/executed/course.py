@@ -63,6 +63,7 @@ class ProgramCourse:
     counted: bool = False  # whether ``planned`` counts lines by whole periods
     several_frames: bool = False  # whether ways lead in other user frames, too
     several_tools: bool = False  # whether some are of other tools
+    elsewhere: tuple[float, float] = (0.0, 0.0)  # [m] at its begin and end, to places of another tool: no log has them
     flow: tuple[int, ...] = ()  # lines of statements that may change the order
     settles: bool = False  # whether stops cost what smoothing takes to settle, at any override; else ramps
 
@@ -70,6 +71,11 @@ class ProgramCourse:
     def length(self) -> float:
         """Of the whole course [m]."""
         return float(self.arc[-1])
+
+    def share(self, first: float, last: float) -> float:
+        """Of the course, less what is ``elsewhere``, what lies between two arc lengths [m]."""
+        begin, end = self.elsewhere[0], self.length - self.elsewhere[1]
+        return (min(last, end) - max(first, begin)) / (end - begin)
 
     @property
     def places_hint(self) -> str:

@@ -207,10 +207,10 @@ def _rests(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviatio
 
 def _of_extent(course: ProgramCourse, deviation: PathDeviation) -> Iterator[Finding]:
     first, last = float(deviation.arc.min()), float(deviation.arc.max())
-    missing = 1 - (last - first) / course.length
-    if missing > 1 - WHOLE:
+    share = course.share(first, last)
+    if share < WHOLE:
         begin, end = (f"{course.point_name(s)} ({100 * s / course.length:.1f} %)" for s in (first, last))
-        message = f"the log has {100 * (1 - missing):.1f} % of the path, from {begin} to {end}; the rest is not judged"
+        message = f"the log has {100 * share:.1f} % of the path, from {begin} to {end}; the rest is not judged"
         yield Finding.of(Code.EXECUTED_PART, message + course.places_hint)
 
 
