@@ -63,7 +63,7 @@ def touch_program(name: str, date: str, touches: TouchPositions, signal: Signal 
         touches: Where.
         signal: That ends a search; None: the program pauses at each touch.
     """
-    by_hand, by_signal = "at each pause: time, deflection", "time of each PR[{}..] in the CSV"
+    by_hand, by_signal = "at each pause: fill in the CSV", "time of each PR[{}..] in the CSV"
     body = [
         "  !touch spheres: check the ways ;",
         "  !between them at low speed first ;",

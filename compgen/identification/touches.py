@@ -381,4 +381,9 @@ def _directions(table: CsvTable, artefact: Artefact, target: IntArray) -> tuple[
                 f"({table.location(n)}) needs it"
             )
     deflection = table.numbers("value_mm", gaps=True, largest=100.0) if table.has("value_mm") else np.zeros(len(target))
+    table.refuse_first(
+        np.isnan(length) & (np.nan_to_num(deflection) != 0),
+        "value_mm",
+        lambda n: f"{deflection[n]:g}: a deflection has a direction; give nx, ny and nz of this touch",
+    )
     return normal, np.nan_to_num(deflection) * MM

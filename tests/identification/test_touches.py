@@ -145,3 +145,15 @@ def test_joints_beyond_their_limits_that_a_place_asks_for_are_said_to_be_of_the_
     """*The joints are those of the pendant* was all that was said of a file that has none."""
     with pytest.raises(InputError, match=r"line 2: by x_mm to r_deg and config: J5 at -\d+\.\d+ deg is outside"):
         touches(tmp_path, "0,a,1200,100,200,3.14,0,0", "1,a,1200,100,200,170,0,0")
+
+
+def test_a_deflection_without_a_direction_in_its_row_is_refused(tmp_path):
+    """The column stood there for other rows: 0.5 mm of a plane's touches were passed over, and *the base moved*."""
+    rows = ("0,a,1200,100,200,180,0,0,0,0,-1,0", "1,table,1200,0,102.5,180,0,0,,,,0.5")
+    file = tmp_path / "touches.csv"
+    file.write_text("\n".join(["time_s,target,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg,nx,ny,nz,value_mm", *rows, ""]))
+    known = artefact(tmp_path, ARTEFACT.replace("z_mm = 200", "z_mm = 200\ndiameter_mm = 20"))
+    with pytest.raises(InputError, match=r"line 3, column value_mm: 0\.5: a deflection has a direction; give nx"):
+        read_touches(str(file), load_any_robot("m710ic50"), known, {}, planes=True)
+    file.write_text(file.read_text().replace(",,,,0.5", ",,,,0").replace("102.5", "103"))
+    assert read_touches(str(file), load_any_robot("m710ic50"), known, {}, planes=True).deflection.tolist() == [0, 0]
