@@ -84,9 +84,10 @@ def validate(
         data = with_directions(data, widths)
     nominal, identified = build_model(robot, [], nodes), build_model(robot, sources, nodes)
     check_plausible(robot, nominal if frames is None else identified, data, frames)
-    of_nominal = frames
+    of_nominal, otherwise = frames, "instrument or reflectors have moved (--refit-frames tells), or "
     if frames is None:
         check_row_count(data)
+        otherwise = ""
         of_nominal, frames = _frames_of_each(nominal, identified, data)
     residual = _residual(identified, data, frames)
     distances = [np.linalg.norm(r, axis=1) for r in (_residual(nominal, data, of_nominal or frames), residual)]
@@ -109,7 +110,7 @@ def validate(
         nominal=distances[0],
         identified=distances[1],
         outlier=outlier,
-        findings=(*findings, *left_findings(data, of_three, outlier, None, [k.source for k in known])),
+        findings=(*findings, *left_findings(data, of_three, outlier, None, [k.source for k in known], otherwise)),
     )
 
 

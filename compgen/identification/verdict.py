@@ -98,7 +98,12 @@ def set_aside_findings(label: Sequence[str], rows: IntArray, distance: Array, us
 
 
 def left_findings(
-    data: Measurements, distance: Array, outlier: BoolArray, repeatability: float | None, sources: Iterable[Source]
+    data: Measurements,
+    distance: Array,
+    outlier: BoolArray,
+    repeatability: float | None,
+    sources: Iterable[Source],
+    otherwise: str = "",
 ) -> Iterator[Finding]:
     """What is said where rows that no fit saw are further off than an instrument and repeatability explain.
 
@@ -109,6 +114,7 @@ def left_findings(
         outlier: Which of them are wild, (N,).
         repeatability: Of the arm, of a coordinate [m]; None: not measured.
         sources: Those that were fitted.
+        otherwise: What else may be the cause.
     """
     has_masses = any(isinstance(source, LoadDependent) and source.loads.have_weight for source in sources)
     sag = "" if has_masses else "; sag was not fitted: masses are missing, give [sources.loads]"
@@ -124,7 +130,7 @@ def left_findings(
             yield Finding.of(
                 Code.LEFT,
                 f"unseen {words} are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability "
-                f"explain {explained / UM:.0f}: the arm does what the model has not{sag}",
+                f"explain {explained / UM:.0f}: {otherwise}the arm does what the model has not{sag}",
             )
 
 
