@@ -301,8 +301,8 @@ class Code(StrEnum):
         "If the arm was warm, give its log with --temperatures.", NOTE)
     FRAME_LENGTH = ("frame.length", "pipelines", "The arm measures a certified length wrongly.",
         "Check the artefact's temperature, or identify the arm with --touches.", WARNING)
-    FRAME_LEFT = ("frame.left", "pipelines", "The touches do not fit each other by more than they and the arm explain.",
-        "Mend the probe's diameter, the spheres' places or the joints; leave out spheres that have moved.", WARNING)
+    FRAME_LEFT = ("frame.left", "pipelines", "The touches fit each other, or [probe], less than the arm explains.",
+        "Mend [probe], the spheres' places or the joints; leave out spheres that have moved.", WARNING)
     STATE = ("state", "job", "The robot begins as a state from cgen anchor has it.",
         "If something moved, find what before it runs.", WARNING, NOTE)
     ANCHOR_VERDICT = ("anchor.verdict", "pipelines", "What the touches say of the robot now.",

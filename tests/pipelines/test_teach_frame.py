@@ -316,6 +316,18 @@ def test_a_sphere_that_stands_elsewhere_than_the_artefact_says_is_a_finding(cell
     assert f"by {moved['noise_um']:.0f} um" in message
 
 
+def test_a_probe_that_is_nowhere_near_its_place_in_the_file_is_a_finding(cell):
+    """Positions of the flange (UTOOL 0) for the probe's gave a frame 0.3 mm off, *known to 51 um*, and no word."""
+    right = (cell / "artefact.toml").read_text()
+    (cell / "artefact.toml").write_text(right.replace("z_mm = 150.0", "z_mm = 143.0", 1))
+    other = taught(cell, name="probe.toml")
+    (cell / "artefact.toml").write_text(right)
+    (message,) = [f["message"] for f in other["findings"] if f["code"] == "frame.left"]
+    at = [float(number) for number in re.findall(r"-?\d+\.\d", message.split(" mm in the flange")[0])]
+    assert np.abs(at - (PROBE + PROBE_ERROR) / MM).max() < 0.3  # the wrist's length is in it
+    assert "7.1 mm from where" in message
+
+
 def test_a_touch_of_the_warm_arm_is_set_aside(cell, record):
     """It ended in a fault of its own: the pose of such a touch stays, its row does not."""
     right = (cell / "touches.csv").read_text()

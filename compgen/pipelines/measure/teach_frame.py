@@ -37,6 +37,7 @@ from compgen.thermal.tables.schema import AmbientTable
 from compgen.thermal.temperature_log import Reference
 
 BEYOND = 4.0  # times what touches and arm explain
+PROBE_AWAY = 10  # standard deviations from where the file has it: no probe that was mounted anew
 MISSING = 0.05  # of the thermal error, that the model of an arm leaves out whose warm-up nobody measured
 
 
@@ -96,7 +97,7 @@ def teach_frame(  # noqa: PLR0913 - what one command names, each of another kind
         findings += of_posterior
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist(), strict=True))
     findings += _findings(arm, touches, fitted, log, nominal=nominal, hottest=max(rise.values(), default=0.0))
-    findings += _length_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
+    findings += _artefact_findings(artefact, touches, fitted, Pose(*model.pose(data, np.zeros(0))))
     return TaughtFrame(
         number=number,
         fit=fitted,
@@ -222,8 +223,17 @@ def _findings(
         )
 
 
-def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> Iterator[Finding]:
-    """Certified lengths that the arm has otherwise."""
+def _artefact_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> Iterator[Finding]:
+    """Certified lengths that the arm has otherwise, and a probe that is not where the file has it."""
+    away = float(np.linalg.norm(fitted.probe - artefact.probe))
+    if away > PROBE_AWAY * PROBE:
+        x, y, z = (fitted.probe / MM).tolist()
+        yield Finding.of(
+            Code.FRAME_LEFT,
+            f"the touches have the probe at {x:.1f}, {y:.1f}, {z:.1f} mm in the flange, {away / MM:.1f} mm from where "
+            f"{artefact.source} has it: commanded with another tool? mend [probe] or the tool; the frame may be off by "
+            "more than it says",
+        )
     for n, longer in measured_lengths(artefact, touches, fitted, flange):
         a, b = (artefact.names[s] for s in artefact.between[n].tolist())
         yield Finding.of(
