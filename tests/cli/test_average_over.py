@@ -52,6 +52,16 @@ def test_correct_takes_starts_as_an_option(tmp_path):
         refused(run("correct", *options, "--average-over", words, cwd=tmp_path), 2, "--average-over", why)
 
 
+def test_of_a_program_in_which_nothing_is_corrected_nothing_is_said_over_starts(tmp_path):
+    """*At most 0.00 um over the starts* was said of it, and stood in its report."""
+    (tmp_path / "T.LS").write_bytes(program(["L P[1] 400mm/sec FINE Offset,PR[1]"], [at(1, HOME)]))
+    options = ("T.LS", "--robot", "m710ic50", "--before", "moving 200mm/s 6h", "--max-um", "50", "--force", "--verbose")
+    result = run("correct", *options, "--average-over", "delay_s=[0, 7200]", cwd=tmp_path)
+    refused(result, 1, "nothing corrected")
+    assert "one file for" not in " ".join(result.stdout.split())
+    assert "average_over" not in json.loads((tmp_path / "outputs" / "T" / "report.json").read_text())
+
+
 def test_correct_takes_bounds_with_a_probability_as_an_option(tmp_path):
     (tmp_path / "T.LS").write_bytes(PROGRAM)
     options = ("T.LS", "--robot", "m710ic50", "--before", "moving 200mm/s 6h", "--guaranteed")

@@ -332,7 +332,7 @@ def _fly_both(
     judged = between_corrected(plan, shared, station, fraction) & (station >= task.options.judged_from)
     length = way_lengths(task.cell.robot, drive, station, fraction, judged)
     progress(stages.TWIN_AFTER, 0.0)
-    if ensemble is None:
+    if ensemble is None or not judged.any():
         return _Flights(planned, fly_written(), target, judged, length, None)
     residue = partial(residue_of, judged=judged, length=length)
     worst, served = worst_of_starts(ensemble, fly_written, partial(residue, target=target))
