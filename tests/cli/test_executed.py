@@ -9,6 +9,7 @@ import naive_arm as arm
 import numpy as np
 import pytest
 from command_line import refused, run
+from numpy.linalg import norm
 
 from compgen.pipelines.files.program_course import course_of_text
 from compgen.program.frames import default_frames, load_frames
@@ -312,6 +313,43 @@ def test_a_whole_run_from_and_to_a_home_in_another_tool_is_whole(folder):
         assert ("executed.part" not in codes(folder)) == is_whole
         covered = report(folder)["covered"]
         assert (covered["share"] > 0.998, covered["from"]) == (is_whole, "P[2]")
+
+
+@pytest.mark.parametrize("pace", [0.6, 1.0, 2.0])
+def test_a_joint_motion_of_any_duration_tells_no_override(folder, pace):
+    """Every line at 100 %: *the override changed, 88 % from 4.97 s* was said, and *at 44 %* of slow joint motions."""
+    corners = [
+        (1100, -200, 200),
+        (1500, -200, 200),
+        (1500, -60, 200),
+        (1300, -60, 200),
+        (1300, -60, 450),
+        (1500, -60, 450),
+    ]
+    points = [ls_text.cartesian(n, (*corner, 180, 0, 0)) for n, corner in enumerate(corners, 1)]
+    moves = [f"L P[{n}] 200mm/sec FINE" if n % 2 == 0 else f"J P[{n}] 3% FINE" for n in range(2, 7)]
+    text = ls_text.program(["UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 20% FINE", *moves], points)
+    (folder / "PART.LS").write_bytes(text)
+    at = [arm.joints_at(arm.frame(*corners[0], 180, 0, 0), (-10, 0, -30, 0, -60, 10))] * 60
+    for n, (begin, end) in enumerate(zip(corners[:-1], corners[1:], strict=True)):
+        a, b, start = np.array(begin), np.array(end), np.array(at[-1])
+        goal = np.array(arm.joints_at(arm.frame(*end, 180, 0, 0), at[-1]))
+        lasts = (
+            pace * np.abs((goal - start) / [175, 175, 175, 250, 250, 355]).max() / 0.03 if n % 2 else norm(b - a) / 200
+        )
+        t = np.arange(0.016, lasts + 0.344, 0.016)
+        ramped = [np.clip((t - late) / lasts, 0, 1) for late in np.linspace(0, 0.344, 50)]
+        for share in [*np.mean(ramped, axis=0), *[1.0] * 12]:
+            x, y, z = a + share * (b - a)
+            at.append(
+                tuple(start + share * (goal - start)) if n % 2 else arm.joints_at(arm.frame(x, y, z, 180, 0, 0), at[-1])
+            )
+    rows = (",".join(f"{v:.5f}" for v in (0.016 * k, *row)) for k, row in enumerate([*at, *[at[-1]] * 60]))
+    (folder / "log.csv").write_text("\n".join(["time_s,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", *rows, ""]))
+    executed(folder)
+    assert [stretch["percent"] for stretch in report(folder)["override"]] == [100]
+    assert codes(folder) == {"executed.not_the_tool", "executed.unjudged"}
+    assert report(folder)["time"]["took_s"] == pytest.approx(report(folder)["time"]["expected_s"], rel=0.005)
 
 
 def test_a_log_of_a_program_that_loops_is_told_to_be_cut_to_one_pass(folder):

@@ -53,7 +53,7 @@ class ClockFit:
     stands: tuple[Stand, ...]
     start: float  # [s] log's clock when the program left its first position, or the last stop before it is steady
     late: Array  # (M,) [s] behind the fit of its run, NaN off the cruise
-    took: float  # [s] from the first steady row to the last, less what it stood beyond the plan
+    took: float  # [s] from the first steady row to the last, less what stands and ways not judged took beyond the plan
     expected: float  # [s] for the same by the plan, at overrides in whole percent
     rounded: bool  # lines take whole interpolation periods: that clock fits better
     clock: Array  # (N,) [s] of the course's nodes, at full override, by which it is fitted
@@ -80,7 +80,7 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
     edges = np.unique(np.concatenate([stops, held]))
     run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
-    inside = _cruising(time, run, stands, *_planned_runs(course, edges))
+    inside = _cruising(time, run, stands, *_planned_runs(course, edges)) & course.judged[course.way(arc)]
     way, chord = chords(course, arc)
     straight = inside & (chord >= STRAIGHT * way)
     inside = straight if straight.sum() > FEW * inside.sum() else inside
@@ -258,17 +258,18 @@ def _assessed(
     beyond = -np.diff(offset) / rates[before] - between.ramps - between.waits
     rests = np.array([begin for begin, _ in still], dtype=np.int64)
     seen = np.searchsorted(rests, b) > np.searchsorted(rests, a)  # ramps take longer than planned without a rest
-    stood = between.is_hold | (beyond > BEYOND) & seen | (between.waits > 0)
+    stood = (between.is_hold | (beyond > BEYOND) & seen | (between.waits > 0)) & between.is_judged
+    spans = np.column_stack([time[a], time[b]])[between.is_judged]
     stands = [between.stand(k, float(beyond[k])) for k in np.flatnonzero(stood).tolist()]
     edges = [stretches[0].begin, *turns.tolist(), stretches[-1].end]
     first, last = int(rows[0]), int(rows[-1])
     marks = np.interp(np.concatenate([[time[first]], turns, [time[last]]]), time, c)
     return ClockFit(
         stretches=tuple(replace(s, begin=x, end=y) for s, (x, y) in zip(stretches, pairwise(edges), strict=True)),
-        stands=tuple(_other_stands(course, time, arc, still, stands, np.column_stack([time[a], time[b]]))),
+        stands=tuple(_other_stands(course, time, arc, still, stands, spans)),
         start=_begun(steady, first, float(rates[0])),
         late=late,
-        took=float(time[last] - time[first] - beyond[stood].sum()),
+        took=float(time[last] - time[first] - beyond[stood | ~between.is_judged].sum()),
         expected=float((np.diff(marks) / nominal).sum() + between.ramps.sum() + between.waits.sum()),
         rounded=rounded,
         clock=steady.clock,
@@ -286,6 +287,8 @@ class _Between:
         stretched = 1.0 if course.settles else override
         self.ramps = (cost[self.last] - cost[self.first]) / stretched  # [s] by the plan
         self.waits = wait[self.last] - wait[self.first]  # [s] by the program
+        unsure = np.append(0, np.cumsum(~course.judged))  # how long such ways take is assumed
+        self.is_judged = unsure[course.way(arc[b])] == unsure[course.way(arc[a])]
         self.is_hold = np.searchsorted(held, arc[b]) - np.searchsorted(held, arc[a]) > 0
 
     def stand(self, k: int, beyond: float) -> Stand:
