@@ -51,6 +51,7 @@ def test_a_run_as_planned_is_inside_and_has_a_page(folder, course):
     result = executed(folder, "--max-um", 20)
     assert result.returncode == 0, result.stderr
     assert "verdict: inside\n" in result.stdout
+    assert "the program began at 1234.5" in result.stdout
     data = report(folder)
     assert data["verdict"] == "inside"
     assert [s["percent"] for s in data["override"]] == [100]
@@ -309,7 +310,8 @@ def test_a_whole_run_from_and_to_a_home_in_another_tool_is_whole(folder):
     for last, is_whole in ((900, True), (500, False)):
         lines = (",".join(f"{v:.5f}" for v in (0.008 * k, *row)) for k, row in enumerate(rows[:last]))
         (folder / "log.csv").write_text("\n".join(["time_s,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", *lines, ""]))
-        executed(folder, "--frames", "frames.toml")
+        result = executed(folder, "--frames", "frames.toml")
+        assert "the program began at" not in result.stdout  # the log has not where it did
         assert ("executed.part" not in codes(folder)) == is_whole
         covered = report(folder)["covered"]
         assert (covered["share"] > 0.998, covered["from"]) == (is_whole, "P[2]")

@@ -142,10 +142,12 @@ def _lines(summary: dict[str, Any]) -> list[str]:
     if time["from_s"] is not None:
         span = f"from {time['from_s']:.2f} to {time['to_s']:.2f} s of the log, less stands,"
         took = f"{span} {time['took_s']:.2f} s, planned {time['expected_s']:.2f} s{off}"
+    is_begin = covered["from_mm"] < 1  # of another log the moment is that of a later stop
+    begun = f"; the program began at {time['start_s']:.3f} s of the log's clock" if is_begin else ""
     lines = [
         f"{summary['name']}: the log has {log['rows']} rows, one every {log['period_ms']:.3g} ms, of "
         f"{100 * covered['share']:.1f} % of the path ({covered['from']} to {covered['to']})",
-        f"override {overrides}; {took}; the program began at {time['start_s']:.3f} s of the log's clock",
+        f"override {overrides}; {took}{begun}",
     ]
     lines += [
         f"{LABELS[name]}: at most {d['max_um']:.1f} um, at {d['at']}; 99 % of the rows below {d['p99_um']:.1f}, rms "
