@@ -114,7 +114,7 @@ def left_findings(
         outlier: Which of them are wild, (N,).
         repeatability: Of the arm, of a coordinate [m]; None: not measured.
         sources: Those that were fitted.
-        otherwise: What else may be the cause.
+        otherwise: What else may be the cause where it is no artefact.
     """
     has_masses = any(isinstance(source, LoadDependent) and source.loads.have_weight for source in sources)
     sag = "" if has_masses else "; sag was not fitted: masses are missing, give [sources.loads]"
@@ -127,10 +127,11 @@ def left_findings(
         left = np.sqrt(weight @ distance[rows] ** 2 / 3)
         explained = np.hypot(np.sqrt((weight * np.fmax(USUAL_NOISE[kind], stated) ** 2).sum()), repeatability or 0.0)
         if left > BEYOND * explained:
+            cause = "the artefact or its probe is not as its file says, or " if kind == TOUCH else otherwise
             yield Finding.of(
                 Code.LEFT,
                 f"unseen {words} are {left / UM:.0f} um off (rms of a coordinate), where instrument and repeatability "
-                f"explain {explained / UM:.0f}: {otherwise}the arm does what the model has not{sag}",
+                f"explain {explained / UM:.0f}: {cause}the arm does what the model has not{sag}",
             )
 
 

@@ -14,7 +14,7 @@ from compgen.error_model.sources.compliance import JointCompliance
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
-from compgen.identification.measurements import DISTANCE, concatenate
+from compgen.identification.measurements import DISTANCE, TOUCH, concatenate
 from compgen.identification.verdict import (
     left_findings,
     poses_to_add,
@@ -152,6 +152,16 @@ def test_an_instrument_that_is_said_to_be_as_bad_explains_what_is_left(truth):
     assert not [*left_findings(unstated, np.sqrt(3) * stated, none, None, [])]
     (finding,) = left_findings(unstated, 4 * np.sqrt(3) * stated, none, None, [])
     assert f"are {4 * np.sqrt(2 / (1e10 + 1e8)) * 1e6:.0f} um off" in finding.message
+
+
+def test_of_touches_the_artefact_may_be_the_cause_of_what_is_left(truth):
+    """A sphere knocked by 0.3 mm, or a ball 0.5 mm thinner than said: *the arm does what the model has not* alone."""
+    data = measured(truth, random_theta(truth.arm.robot, np.random.default_rng(9), 40), np.random.default_rng(9))
+    N = len(data.pose)
+    touches = replace(data, ends=replace(data.ends, kind=np.full(N, TOUCH)))
+    (finding,) = left_findings(touches, np.full(N, 2e-4), np.zeros(N, dtype=bool), None, [])
+    assert "explain 30: the artefact or its probe is not as its file says, or the arm does" in finding.message
+    assert len(finding.message) <= 300
 
 
 def test_what_instrument_and_repeatability_do_not_explain_is_said(truth):
