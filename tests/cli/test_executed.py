@@ -317,8 +317,8 @@ def test_a_whole_run_from_and_to_a_home_in_another_tool_is_whole(folder):
         assert (covered["share"] > 0.998, covered["from"]) == (is_whole, "P[2]")
 
 
-@pytest.mark.parametrize("pace", [0.6, 1.0, 2.0])
-def test_a_joint_motion_of_any_duration_tells_no_override(folder, pace):
+@pytest.mark.parametrize(("pace", "percents"), [(0.6, [100]), (1.0, [100]), (2.0, [100]), (2.0, [100, 50])])
+def test_a_joint_motion_of_any_duration_tells_no_override(folder, pace, percents):
     """Every line at 100 %: *the override changed, 88 % from 4.97 s* was said, and *at 44 %* of slow joint motions."""
     corners = [
         (1100, -200, 200),
@@ -326,7 +326,7 @@ def test_a_joint_motion_of_any_duration_tells_no_override(folder, pace):
         (1500, -60, 200),
         (1300, -60, 200),
         (1300, -60, 450),
-        (1500, -60, 450),
+        (1700, -60, 450),
     ]
     points = [ls_text.cartesian(n, (*corner, 180, 0, 0)) for n, corner in enumerate(corners, 1)]
     moves = [f"L P[{n}] 200mm/sec FINE" if n % 2 == 0 else f"J P[{n}] 3% FINE" for n in range(2, 7)]
@@ -337,7 +337,9 @@ def test_a_joint_motion_of_any_duration_tells_no_override(folder, pace):
         a, b, start = np.array(begin), np.array(end), np.array(at[-1])
         goal = np.array(arm.joints_at(arm.frame(*end, 180, 0, 0), at[-1]))
         lasts = (
-            pace * np.abs((goal - start) / [175, 175, 175, 250, 250, 355]).max() / 0.03 if n % 2 else norm(b - a) / 200
+            pace * np.abs((goal - start) / [175, 175, 175, 250, 250, 355]).max() / 0.03
+            if n % 2
+            else norm(b - a) / (2 * percents[-1 if n == 4 else 0])
         )
         t = np.arange(0.016, lasts + 0.344, 0.016)
         ramped = [np.clip((t - late) / lasts, 0, 1) for late in np.linspace(0, 0.344, 50)]
@@ -349,8 +351,8 @@ def test_a_joint_motion_of_any_duration_tells_no_override(folder, pace):
     rows = (",".join(f"{v:.5f}" for v in (0.016 * k, *row)) for k, row in enumerate([*at, *[at[-1]] * 60]))
     (folder / "log.csv").write_text("\n".join(["time_s,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg", *rows, ""]))
     executed(folder)
-    assert [stretch["percent"] for stretch in report(folder)["override"]] == [100]
-    assert codes(folder) == {"executed.not_the_tool", "executed.unjudged"}
+    assert [stretch["percent"] for stretch in report(folder)["override"]] == percents
+    assert codes(folder) - {"executed.override_changed"} == {"executed.not_the_tool", "executed.unjudged"}
     assert report(folder)["time"]["took_s"] == pytest.approx(report(folder)["time"]["expected_s"], rel=0.005)
 
 

@@ -264,12 +264,14 @@ def _assessed(
     edges = [stretches[0].begin, *turns.tolist(), stretches[-1].end]
     first, last = int(rows[0]), int(rows[-1])
     marks = np.interp(np.concatenate([[time[first]], turns, [time[last]]]), time, c)
+    planned = np.interp(c, marks, cumulated(np.diff(marks) / nominal))
+    longer = time[b] - time[a] - (planned[b] - planned[a]) - between.ramps - between.waits
     return ClockFit(
         stretches=tuple(replace(s, begin=x, end=y) for s, (x, y) in zip(stretches, pairwise(edges), strict=True)),
         stands=tuple(_other_stands(course, time, arc, still, stands, spans)),
         start=_begun(steady, first, float(rates[0])),
         late=late,
-        took=float(time[last] - time[first] - beyond[stood | ~between.is_judged].sum()),
+        took=float(time[last] - time[first] - beyond[stood].sum() - longer[~between.is_judged].sum()),
         expected=float((np.diff(marks) / nominal).sum() + between.ramps.sum() + between.waits.sum()),
         rounded=rounded,
         clock=steady.clock,
