@@ -310,7 +310,7 @@ class Code(StrEnum):
     ANCHOR_MOVED = ("anchor.moved", "pipelines", "Something moved since the robot was identified.",
         "Find what moved; teach the frame or identify again.", WARNING)
     ANCHOR_PHYSICS = ("anchor.physics", "pipelines", "The forecast does not explain the touches: physics is missing.",
-        "Identify the robot again.", WARNING)
+        "Check the artefact's temperature_degC, and the day; then identify the robot again.", WARNING)
     ANCHOR_TOUCH = ("anchor.touch", "pipelines", "A touch went wrong and is left out.", "Touch it again.", WARNING)
     ANCHOR_NOISE = ("anchor.noise", "pipelines", "Touches scatter more than their sigma says.",
         "Clean probe and spheres, and touch again, or give the true sigma_um.", WARNING)

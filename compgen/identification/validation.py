@@ -32,6 +32,7 @@ from compgen.robot.robot import Robot
 FEWEST = 10  # rows from which one can be told to be far from the others
 MOST = 0.05  # share of rows that may be set aside
 MEDIAN = {1: 0.6745, 3: 1.538}  # of the length of one and of three standard normal numbers
+MOVED = "instrument or reflectors have moved (--refit-frames tells), or "
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -84,10 +85,9 @@ def validate(
         data = with_directions(data, widths)
     nominal, identified = build_model(robot, [], nodes), build_model(robot, sources, nodes)
     check_plausible(robot, nominal if frames is None else identified, data, frames)
-    of_nominal, otherwise = frames, "instrument or reflectors have moved (--refit-frames tells), or "
+    of_nominal, otherwise = frames, "" if frames is None else MOVED
     if frames is None:
         check_row_count(data)
-        otherwise = ""
         of_nominal, frames = _frames_of_each(nominal, identified, data)
     residual = _residual(identified, data, frames)
     distances = [np.linalg.norm(r, axis=1) for r in (_residual(nominal, data, of_nominal or frames), residual)]

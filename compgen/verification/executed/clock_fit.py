@@ -259,19 +259,17 @@ def _assessed(
     rests = np.array([begin for begin, _ in still], dtype=np.int64)
     seen = np.searchsorted(rests, b) > np.searchsorted(rests, a)  # ramps take longer than planned without a rest
     stood = (between.is_hold | (beyond > BEYOND) & seen | (between.waits > 0)) & between.is_judged
-    spans = np.column_stack([time[a], time[b]])[between.is_judged]
     stands = [between.stand(k, float(beyond[k])) for k in np.flatnonzero(stood).tolist()]
     edges = [stretches[0].begin, *turns.tolist(), stretches[-1].end]
     first, last = int(rows[0]), int(rows[-1])
     marks = np.interp(np.concatenate([[time[first]], turns, [time[last]]]), time, c)
     planned = np.interp(c, marks, cumulated(np.diff(marks) / nominal))
-    longer = time[b] - time[a] - (planned[b] - planned[a]) - between.ramps - between.waits
     return ClockFit(
         stretches=tuple(replace(s, begin=x, end=y) for s, (x, y) in zip(stretches, pairwise(edges), strict=True)),
-        stands=tuple(_other_stands(course, time, arc, still, stands, spans)),
+        stands=tuple(_other_stands(course, time, arc, still, stands, between.span[between.is_judged])),
         start=_begun(steady, first, float(rates[0])),
         late=late,
-        took=float(time[last] - time[first] - beyond[stood].sum() - longer[~between.is_judged].sum()),
+        took=float(time[last] - time[first] - beyond[stood].sum() - between.longer(planned)),
         expected=float((np.diff(marks) / nominal).sum() + between.ramps.sum() + between.waits.sum()),
         rounded=rounded,
         clock=steady.clock,
@@ -283,7 +281,7 @@ class _Between:
 
     def __init__(self, steady: _Steady, a: IntArray, b: IntArray, held: Array, override: Array) -> None:
         course, arc = steady.course, steady.arc
-        self.steady, self.a, self.held = steady, a, held
+        self.steady, self.a, self.b, self.held = steady, a, b, held
         self.first, self.last = np.searchsorted(course.arc, arc[a]), np.searchsorted(course.arc, arc[b])
         cost, wait = (cumulated(each) for each in (stop_costs(course), course.wait))
         stretched = 1.0 if course.settles else override
@@ -291,7 +289,13 @@ class _Between:
         self.waits = wait[self.last] - wait[self.first]  # [s] by the program
         unsure = np.append(0, np.cumsum(~course.judged))  # how long such ways take is assumed
         self.is_judged = unsure[course.way(arc[b])] == unsure[course.way(arc[a])]
+        self.span = np.column_stack([steady.time[a], steady.time[b]])  # (R - 1, 2) [s]
         self.is_hold = np.searchsorted(held, arc[b]) - np.searchsorted(held, arc[a]) > 0
+
+    def longer(self, planned: Array) -> float:
+        """By how much ways that are not judged took longer than planned [s], of the plan's time at all rows (M,)."""
+        longer = np.diff(self.span)[:, 0] - (planned[self.b] - planned[self.a]) - self.ramps - self.waits
+        return float(longer[~self.is_judged].sum())
 
     def stand(self, k: int, beyond: float) -> Stand:
         """Where the robot stood in one of them."""
