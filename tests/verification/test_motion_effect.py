@@ -76,6 +76,7 @@ def test_a_corner_is_flown_with_the_lowest_and_the_highest_too_and_goes_with_the
     seen = effect(job)
     assert not seen.known
     assert (seen.lowest, seen.largest, seen.highest) == pytest.approx([*map(beside_a_corner, WINDOWS)], abs=DIGIT)
+    assert seen.off == pytest.approx([beside_a_corner(WINDOWS[1])] * 2, abs=DIGIT)  # the end of one line, too
     assert seen.highest / seen.largest == pytest.approx(WINDOWS[2] / WINDOWS[1], rel=0.02)  # their squares: 2.56
 
 
