@@ -115,7 +115,7 @@ def _times(run: ExecutedRun) -> dict[str, Any]:
             for s in clock.stretches
         ],
         "time": {
-            "start_s": clock.start,
+            "start_s": clock.start if np.isfinite(clock.start) else None,
             "from_s": steady[0] if steady else None,
             "to_s": steady[1] if steady else None,
             "took_s": clock.took,

@@ -48,7 +48,8 @@ class _Led:
 
 def _effect(course: ProgramCourse, robot: Robot, motion: ControllerMotion) -> MotionEffect:
     """Of one motion."""
-    off, along, worst, where, worst_motion = np.zeros(len(course.judged)), 0.0, 0.0, 0.0, motion
+    off, along, worst, worst_motion = np.zeros(len(course.judged)), 0.0, 0.0, motion
+    where = float(course.arc[np.argmax(course.judged)])  # of a program of which nothing is led off
     for own, led in _runs(course, robot, motion):
         across = row_norms(led.across)
         np.maximum.at(off, course.way(led.way), across)

@@ -104,7 +104,6 @@ def _effect(flight: _Flight, motion: ControllerMotion) -> MotionEffect:
     where = length[:k].sum() + length[k] * (worst - int(counts[:k].sum())) / counts[k]
     along = 0.0 if led is None else float(np.abs(np.where(on_part, led.along, 0.0)).max())
     largest = float(off[worst])
-    at = prepared.first_samples()  # a corner is the end of one segment and the begin of the next
     run = int(np.searchsorted(np.flatnonzero(prepared.program.fine), k, side="right")) - 1
     return MotionEffect(
         motion=motion.in_run(float(first[run])),
@@ -116,7 +115,7 @@ def _effect(flight: _Flight, motion: ControllerMotion) -> MotionEffect:
         speed=float(prepared.program.speed[k]),
         along=along,
         lag=0.0 if led is None else led.lag,
-        off=frozen(np.maximum(np.maximum.reduceat(anywhere, at[:-1]), anywhere[at[1:]])),
+        off=frozen(prepared.most_on_segments(anywhere)),
     )
 
 

@@ -728,6 +728,19 @@ def test_steady_is_of_the_part_as_scenarios_are(line):
     assert anywhere > on_part + 0.4
 
 
+def test_a_path_that_nowhere_touches_is_answered_whole(tmp_path):
+    rows = "".join(f"1300,{20 * k - 100},200,0\n" for k in range(11))
+    (tmp_path / "air.csv").write_text(f"x_mm,y_mm,z_mm,contact\n{rows}")
+    (tmp_path / "air.toml").write_text(
+        'robot = "m710ic50"\n[path]\npattern = "points"\nfile = "air.csv"\n[process]\nfeed_mm_s = 200\nchord_um = 1.5\n'
+        '[[before]]\nstate = "moving"\nfeed_mm_s = 200\nduration_h = 2000\n[bounds]\nmax_um = 5\n'
+    )
+    job = load_job(str(tmp_path / "air.toml"))
+    largest = generate.predict(job, quiet).deviation().extents["total"].max / UM
+    assert ASKS["contributions"](job, 0.0).sentence.startswith(f"the largest error on the part, {largest:.1f} um, ")
+    assert f"of the final {largest:.1f} um " in ASKS["steady"](job, 5 * UM).sentence
+
+
 def test_steady_is_in_the_air_of_the_job():
     job = load_job(PATH, overrides=["ambient.value_degC=26"])
     late = load_job(PATH, overrides=["ambient.value_degC=26", "before.0.duration_h=2000"])

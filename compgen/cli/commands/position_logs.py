@@ -140,10 +140,10 @@ def _lines(summary: dict[str, Any]) -> list[str]:
     overrides = ", then ".join(s["words"] for s in summary["override"]) or "not known"
     took = "time not known"
     if time["from_s"] is not None:
-        span = f"from {time['from_s']:.2f} to {time['to_s']:.2f} s of the log, less stands,"
+        span = f"from {time['from_s']:.2f} to {time['to_s']:.2f} s of the log, less stands, joint motions as planned,"
         took = f"{span} {time['took_s']:.2f} s, planned {time['expected_s']:.2f} s{off}"
-    is_begin = covered["from_mm"] < 1  # of another log the moment is that of a later stop
-    begun = f"; the program began at {time['start_s']:.3f} s of the log's clock" if is_begin else ""
+    start = time["start_s"]
+    begun = "" if start is None else f"; the program began at {start:.3f} s of the log's clock"
     lines = [
         f"{summary['name']}: the log has {log['rows']} rows, one every {log['period_ms']:.3g} ms, of "
         f"{100 * covered['share']:.1f} % of the path ({covered['from']} to {covered['to']})",

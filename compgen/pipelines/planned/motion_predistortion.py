@@ -162,6 +162,6 @@ def findings(
         at_half = error_at_half_override(prepared, deviation.error, path.touching_segments())
     error = None
     if motion is not None and motion.may_predistort:
-        error = np.maximum.reduceat(row_norms(deviation.error), prepared.first_samples()[:-1])
+        error = prepared.most_on_segments(row_norms(deviation.error))
     effect = planned.effect(written)
     return [*motion_findings(effect, job.bounds, at_half), *lead_findings(effect, path, job, error)]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.units import HOUR, MINUTE, MM, UM
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
@@ -127,7 +127,7 @@ def validity(job: Job, limit: float) -> Answer:
 def contributions(job: Job, limit: float) -> Answer:
     """Which node, which length, and what the arm errs cold, contributes how much to the largest error on the part."""
     everywhere = plan_geometry(job)
-    rows_on_part = np.flatnonzero(part_weight(everywhere, everywhere))  # judged as a bound is
+    rows_on_part = _rows_on_part(everywhere)
     geometry, rise = everywhere.at(rows_on_part), execute_with(job, everywhere).rise[rows_on_part]
     whole = displacement(job, geometry, rise)
     worst = int(np.argmax(np.linalg.norm(whole, axis=1)))
@@ -332,9 +332,14 @@ def _answer_passes(
     return passes(jobs, speeds or [jobs[0].feed * share for share in (0.25, 0.5, 1)], at_feed, limit)
 
 
+def _rows_on_part(geometry: Geometry) -> IntArray:
+    """What a bound, a contribution and a steady error are of: the part; all of a path that nowhere touches."""
+    weight = part_weight(geometry, geometry)
+    return np.flatnonzero(weight if weight.any() else weight == 0)
+
+
 def _on_part(geometry: Geometry) -> Geometry:
-    """What a bound, a contribution and a steady error are of."""
-    return geometry.at(np.flatnonzero(part_weight(geometry, geometry)))
+    return geometry.at(_rows_on_part(geometry))
 
 
 def _moving(job: Job) -> Duty:

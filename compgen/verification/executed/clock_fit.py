@@ -51,7 +51,7 @@ class ClockFit:
 
     stretches: tuple[Stretch, ...]  # none where the log has no steady motion
     stands: tuple[Stand, ...]
-    start: float  # [s] log's clock when the program left its first position, or the last stop before it is steady
+    start: float  # [s] log's clock when the program left its first position; NaN where the log does not tell
     late: Array  # (M,) [s] behind the fit of its run, NaN off the cruise
     took: float  # [s] from the first steady row to the last, less what stands and ways not judged took beyond the plan
     expected: float  # [s] for the same by the plan, at overrides in whole percent
@@ -80,7 +80,7 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
     edges = np.unique(np.concatenate([stops, held]))
     run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
-    inside = _cruising(time, run, stands, *_planned_runs(course, edges)) & course.judged[course.way(arc)]
+    inside = _cruising(time, run, stands, *_planned_runs(course, edges), course.judged[course.way(arc)])
     way, chord = chords(course, arc)
     straight = inside & (chord >= STRAIGHT * way)
     inside = straight if straight.sum() > FEW * inside.sum() else inside
@@ -114,7 +114,7 @@ def _unknown(time: Array, clock: Array, *, rounded: bool) -> ClockFit:
     return ClockFit(
         stretches=(),
         stands=(),
-        start=float(time[0]),
+        start=np.nan,
         late=np.full(len(time), np.nan),
         took=0.0,
         expected=0.0,
@@ -190,8 +190,10 @@ def nearest_rows(sorted_values: Array, values: Array) -> IntArray:
     return np.asarray(np.where(nearer, before, after))
 
 
-def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]], alone: Array, planned: Array) -> BoolArray:
-    """Rows at steady speed, (M,): away from both ends of their run, and from stands.
+def _cruising(
+    time: Array, run: IntArray, stands: list[tuple[int, int]], alone: Array, planned: Array, judged: BoolArray
+) -> BoolArray:
+    """Rows at steady speed, (M,): on judged ways, away from both ends of their run, and from stands.
 
     Rows of runs that ramps slow down a lot count only where there are few others.
 
@@ -201,6 +203,7 @@ def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]], alone: 
         stands: First and last row of each.
         alone: Time of each run at its written speeds, (R,) [s].
         planned: The same with ramps, (R,) [s].
+        judged: Rows on ways that are judged, (M,).
     """
     begins = np.flatnonzero(np.append(True, np.diff(run) != 0))
     ends = np.append(begins[1:], len(run)) - 1
@@ -218,7 +221,7 @@ def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]], alone: 
     slower = (last - first) / np.maximum(planned[of], NODE)
     margin = np.minimum(np.maximum(RAMP_TIME, ramps * np.clip(slower, 1.0, 100.0) + SETTLING), (last - first) / 4)
     index = np.repeat(np.arange(len(begins)), ends - begins + 1)
-    inside = (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0)
+    inside = (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0) & judged
     for a, b in stands:
         inside[a : b + 1] = False
     sure, some = (inside & (ramps <= share * alone[of])[index] for share in (RAMPS, 1.0))
@@ -306,12 +309,14 @@ class _Between:
 
 
 def _begun(steady: _Steady, first: int, rate: float) -> float:
-    """When the program left its first position, or the last stop before its first steady row [s]."""
+    """When the program left its first position [s]; NaN where it is not steady before the next stop."""
     course, arc, time = steady.course, steady.arc, steady.time
     resting = np.flatnonzero(arc[:first] <= course.arc[0] + AT_REST)
     if len(resting):
         return float(time[resting[-1]])
     begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + NODE))[-1])
+    if begin:
+        return np.nan
     ramp = stop_costs(course)[begin] / 2 / (1.0 if course.settles else rate)
     return float(time[first] - (steady.shown[first] - steady.clock[begin]) / rate - ramp)
 

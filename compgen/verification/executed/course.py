@@ -75,7 +75,7 @@ class ProgramCourse:
     def share(self, first: float, last: float) -> float:
         """Of the course, less what is ``elsewhere``, what lies between two arc lengths [m]."""
         begin, end = self.elsewhere[0], self.length - self.elsewhere[1]
-        return (min(last, end) - max(first, begin)) / (end - begin)
+        return max(min(last, end) - max(first, begin), 0.0) / max(end - begin, LEAST_WAY)
 
     @property
     def places_hint(self) -> str:

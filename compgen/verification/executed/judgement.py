@@ -209,7 +209,8 @@ def _of_extent(course: ProgramCourse, deviation: PathDeviation) -> Iterator[Find
     first, last = float(deviation.arc.min()), float(deviation.arc.max())
     share = course.share(first, last)
     if share < WHOLE:
-        begin, end = (f"{course.point_name(s)} ({100 * s / course.length:.1f} %)" for s in (first, last))
+        ends = ((course.point_name(s), 100 * course.share(course.elsewhere[0], s)) for s in (first, last))
+        begin, end = (f"{name} ({percent:.1f} %)" for name, percent in ends)
         message = f"the log has {100 * share:.1f} % of the path, from {begin} to {end}; the rest is not judged"
         yield Finding.of(Code.EXECUTED_PART, message + course.places_hint)
 

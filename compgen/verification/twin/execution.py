@@ -98,6 +98,11 @@ class PreparedProgram:
         """The sample at each position, (N,)."""
         return np.concatenate([[0], np.cumsum(self.samples_per_segment)])
 
+    def most_on_segments(self, values: Array) -> Array:
+        """The largest value of each segment, of samples (M,), (S,): a corner ends one and begins the next."""
+        at = self.first_samples()
+        return np.maximum(np.maximum.reduceat(values, at[:-1]), values[at[1:]])
+
     def segments(self, touching: BoolArray) -> IntArray:
         """The segment that each sample belongs to, (M,), of segments (S,) that touch or do not."""
         S = len(self.samples_per_segment)
