@@ -84,6 +84,16 @@ def test_touches_tell_a_growth_of_which_the_robot_file_says_nothing(tmp_path):
     assert_allclose(unknowns.prior.forecast[-3:, -3:], 0.09 * np.eye(3))
 
 
+def test_a_state_holds_as_long_as_its_own_warmth_changes_little(days):
+    """Of a warm arm whose day nobody told *holds for 4 hours* was said: so long the cold forecast would have."""
+    day = days(2)
+    standing = f'before=[{{state="idle",duration_h={day.touches.time.max() / HOUR}}}]'
+    untold = load_job(day.job.source, overrides=[*day.job.overrides, standing])
+    windows = [anchored(each).state.window for each in (day, replace(day, job=untold))]
+    assert windows[0] < 3600
+    assert 0.5 < windows[1] / windows[0] < 2
+
+
 def test_a_base_that_moved_is_named_and_found(tmp_path):
     shift = np.array([120, -150, 60, 0, 0, 0]) * UM
     day = drawn_day(3, tmp_path, base=shift)

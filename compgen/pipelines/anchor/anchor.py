@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.arrays import rms
+from compgen.core.arrays import Array, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.recorded.table import read_findings
@@ -26,7 +26,6 @@ from compgen.job.start_window import PromptMotion, longest_waits
 from compgen.pipelines.anchor.estimate import (
     Compared,
     Estimate,
-    PathPlaces,
     birge_ratio,
     compare,
     estimate,
@@ -35,7 +34,6 @@ from compgen.pipelines.anchor.estimate import (
     path_places,
     widened,
 )
-from compgen.pipelines.anchor.forecast import Forecast
 from compgen.pipelines.anchor.hypotheses import (
     AS_FORECAST,
     KNOCKED,
@@ -172,19 +170,19 @@ def _state(
         drift = drift + np.array([before.get(name, 0.0) for name in unknowns.named])
     unit = np.concatenate([np.ones(K + 6), 1 / unknowns.unit])
     rise, heat = forecast.rise + x[:K], cell.heat
-    modal = None if heat.law is not None else state_with_rises(heat, np.arange(K), rise, forecast.state)
+    state = state_with_rises(heat, np.arange(K), rise, forecast.state)
     return AnchoredState(
         model=heat.kind,
         nodes=heat.names,
         rise=rise,
-        modal=modal,
+        modal=None if heat.law is not None else state,
         base=base,
         drifting=unknowns.named,
         drift=drift,
         covariance=covariance * np.outer(unit, unit),
         air=forecast.air,
         time=forecast.time,
-        window=_window(beside.job, forecast, beside.path),
+        window=_window(beside, rise, state),
         verdict=verdict,
         reference=_counts_from(beside.job),
         made_from={**made_from_robot(cell), **made_from},
@@ -202,14 +200,14 @@ def _counts_from(job: Job) -> float | None:
     return float(path["ambient"]["reference_degC"] if of_log is None else of_log)
 
 
-def _window(job: Job, forecast: Forecast, path: PathPlaces) -> float:
-    """How long the robot may stand before the path has moved by more than is modelled well enough [s]."""
+def _window(beside: Compared, rise: Array, state: Array) -> float:
+    """How long the robot may stand as it is before the path has moved by more than is modelled well enough [s]."""
+    job, forecast, path = beside.job, beside.forecast, beside.path
     cell = forecast.cell
     begun = replace(job, cell=cell, history=forecast.history, start_drift=TRUSTED * job.start_drift, ensemble=None)
     model = cell.error_model(job.tool.pose)
-    rise = np.broadcast_to(forecast.rise, (len(path.theta), len(forecast.rise)))
-    course = PromptMotion(path.time, path.theta, rise, NO_DIRECTION)
-    window = float(longest_waits(begun, model, course, np.zeros(1, dtype=np.int64), forecast.state[None])[0])
+    course = PromptMotion(path.time, path.theta, np.broadcast_to(rise, (len(path.theta), len(rise))), NO_DIRECTION)
+    window = float(longest_waits(begun, model, course, np.zeros(1, dtype=np.int64), state[None])[0])
     return round(min(max(window, SHORTEST), LONGEST))
 
 
