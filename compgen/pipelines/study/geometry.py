@@ -172,13 +172,18 @@ def some_samples(geometry: Geometry) -> IntArray:
     either way that the tool goes, because play and friction follow it.
     """
     position = _nominal(geometry)
-    touching = np.flatnonzero(part_weight(geometry, geometry))
-    rows = touching if len(touching) else np.arange(len(geometry.now))
+    rows = rows_on_part(geometry)
     along = np.gradient(position, axis=0)[rows] if len(rows) > 1 else np.zeros((1, 3))
     evenly = rows[np.linspace(0, len(rows) - 1, min(SAMPLES, len(rows))).astype(int)]
     ways = [rows[sign * along[:, axis] >= 0] for axis in range(3) for sign in (-1, 1)]
     rim = [way[np.argmax(position[way] @ DIRECTIONS.T, axis=0)] for way in ways if len(way)]
     return np.asarray(np.unique(np.concatenate([evenly, *rim])))
+
+
+def rows_on_part(geometry: Geometry) -> IntArray:
+    """Samples between waypoints that both touch; all of a path that nowhere does."""
+    touching = np.flatnonzero(part_weight(geometry, geometry))
+    return touching if len(touching) else np.arange(len(geometry.now))
 
 
 def part_weight(geometry: Geometry, thin: Geometry) -> Array:

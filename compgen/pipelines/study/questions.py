@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.units import HOUR, MINUTE, MM, UM
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.job import Job
 from compgen.job.start_window import late_rise
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.study.geometry import Geometry, displacement, execute_with, part_weight, plan_geometry
+from compgen.pipelines.study.geometry import Geometry, displacement, execute_with, plan_geometry, rows_on_part
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 
 MOST_PASSES = 6
@@ -127,8 +127,8 @@ def validity(job: Job, limit: float) -> Answer:
 def contributions(job: Job, limit: float) -> Answer:
     """Which node, which length, and what the arm errs cold, contributes how much to the largest error on the part."""
     everywhere = plan_geometry(job)
-    rows_on_part = _rows_on_part(everywhere)
-    geometry, rise = everywhere.at(rows_on_part), execute_with(job, everywhere).rise[rows_on_part]
+    touching = rows_on_part(everywhere)
+    geometry, rise = everywhere.at(touching), execute_with(job, everywhere).rise[touching]
     whole = displacement(job, geometry, rise)
     worst = int(np.argmax(np.linalg.norm(whole, axis=1)))
     toward = whole[worst] / max(float(np.linalg.norm(whole[worst])), 1e-30)
@@ -332,14 +332,9 @@ def _answer_passes(
     return passes(jobs, speeds or [jobs[0].feed * share for share in (0.25, 0.5, 1)], at_feed, limit)
 
 
-def _rows_on_part(geometry: Geometry) -> IntArray:
-    """What a bound, a contribution and a steady error are of: the part; all of a path that nowhere touches."""
-    weight = part_weight(geometry, geometry)
-    return np.flatnonzero(weight if weight.any() else weight == 0)
-
-
 def _on_part(geometry: Geometry) -> Geometry:
-    return geometry.at(_rows_on_part(geometry))
+    """What a bound, a contribution and a steady error are of."""
+    return geometry.at(rows_on_part(geometry))
 
 
 def _moving(job: Job) -> Duty:

@@ -314,11 +314,10 @@ def _begun(steady: _Steady, first: int, rate: float) -> float:
     resting = np.flatnonzero(arc[:first] <= course.arc[0] + AT_REST)
     if len(resting):
         return float(time[resting[-1]])
-    begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + NODE))[-1])
-    if begin:
+    if (course.stop & (course.arc <= arc[first] + NODE))[1:].any():
         return np.nan
-    ramp = stop_costs(course)[begin] / 2 / (1.0 if course.settles else rate)
-    return float(time[first] - (steady.shown[first] - steady.clock[begin]) / rate - ramp)
+    ramp = stop_costs(course)[0] / 2 / (1.0 if course.settles else rate)
+    return float(time[first] - (steady.shown[first] - steady.clock[0]) / rate - ramp)
 
 
 def _pooled(steady: _Steady, stretches: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
