@@ -25,6 +25,7 @@ from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.model import state_with_rises
 from compgen.thermal.schedule import STANDING, History
 from compgen.thermal.tables.schema import AmbientTable
+from compgen.thermal.uncertainty import ThermalUncertainty
 
 ROBOT_FILE, OVERRIDES = "robot_file", "robot_overrides"  # keys in what a state was made from
 OF_ARM = ("dh.", "pendant.", "thermal.", "sources.", "identified.")  # tables of a robot file that a state rests on
@@ -107,7 +108,17 @@ def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:
             f"{source}: rise.modal: shows {name} {apart.max():.3g} K from what rise.K has; take the file as cgen "
             "anchor wrote it, or remove modal: the likeliest one then counts"
         )
-    return replace(cell, heat=heat.starting(start), known=tuple(known), sources=moved, state=state)
+    warmth = replace(cell.warmth, start=None, hidden=None)
+    return replace(cell, heat=heat.starting(start), warmth=warmth, known=tuple(known), sources=moved, state=state)
+
+
+def cell_with_log(cell: Cell, warmth: ThermalUncertainty) -> Cell:
+    """The cell whose warmth a log tells: of a state, the base and what drifts are as it found them."""
+    if (state := cell.state) is None:
+        return replace(cell, warmth=warmth)
+    told = np.arange(len(state.covariance)) < len(state.nodes)
+    covariance = np.where(told | told[:, None], 0.0, state.covariance)
+    return replace(cell, warmth=warmth, state=replace(state, covariance=covariance))
 
 
 def _common(cell: Cell, state: AnchoredState) -> tuple[IntArray, IntArray]:

@@ -31,7 +31,7 @@ from compgen.thermal.ensemble import Ensemble, Start, duties_before
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.schedule import History
 from compgen.thermal.state_from_log import TemperatureLog
-from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
+from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, Past, ThermalUncertainty
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -58,6 +58,7 @@ class Cell:
     drifting: Drifting = field(default_factory=Drifting)  # what touches shall tell of beside warmth and base
     state: AnchoredState | None = None  # that its heat begins with, and that its base and sources are moved by
     inputs: Mapping[str, Any] = field(default_factory=dict)  # every key of the robot file, overrides in it
+    past: Past | None = None  # that led to where its heat begins, of the rest of a program; None: nothing since
     heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
 
     @property

@@ -160,9 +160,9 @@ class OpenLogEnd(NamedTuple):
 
 
 def open_log_end(cell: Cell) -> OpenLogEnd:
-    """What a log leaves open: nothing without a log, and where an anchored state stands in its place."""
+    """What a log leaves open: nothing without a log."""
     start, hidden, none = cell.warmth.start, cell.warmth.hidden, np.zeros((0, len(cell.heat.names)))
-    if cell.state is not None or start is None or hidden is None:
+    if start is None or hidden is None:
         return OpenLogEnd(none, none)
     return OpenLogEnd(start.T, hidden)
 

@@ -260,7 +260,9 @@ def look_words(look: Look | None, resumed: Resumed | ResumedProgram | None, with
         if resumed.band is not None:
             left += f" +- {resumed.band.largest / UM:.0f} (95 %)"
         if resumed.is_usable or force:
-            parts.append(f"over {within:g} um: {pages} written anew, {left} left")
+            parts.append(
+                f"over {within:g} um: {pages} {'written anew' if resumed.replaced else 'unchanged'}, {left} left"
+            )
         else:
             parts.append(f"over {within:g} um: {pages} not written: {resumed.verdict}, {left}; --force writes them")
     elif any(f.max > within * UM for f in look.forecasts):

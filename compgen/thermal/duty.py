@@ -47,6 +47,12 @@ class JointMotion:
     theta: Array  # (N, 6) [rad] DH angles
     driven: Array  # (N - 1,) [m/s] speed really driven on each segment
 
+    @property
+    def mean_feed(self) -> float:
+        """Over its time [m/s]."""
+        step = np.diff(self.time)
+        return float(self.driven @ step / step.sum()) if step.sum() > 0 else 0.0
+
     def between(self, first: int, last: int | None = None) -> "JointMotion":
         """From one waypoint on, to another or to the end; its time begins there."""
         end = len(self.time) - 1 if last is None else last

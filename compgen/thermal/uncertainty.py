@@ -19,7 +19,7 @@ import numpy as np
 from compgen.core.arrays import Array, covariance_root, owns
 from compgen.thermal.duty import Duty, JointMotion, MeanLosses
 from compgen.thermal.integration import state_after
-from compgen.thermal.model import ThermalModel, advance
+from compgen.thermal.model import ArmHeat, ThermalModel, advance
 from compgen.thermal.node_model import NodeModel
 from compgen.thermal.schedule import History
 
@@ -57,6 +57,19 @@ class ThermalUncertainty:
     def begun(self, covariance: Array, hidden: Array) -> "ThermalUncertainty":
         """With what a log leaves open of the rises that it ends with, (K, K) [K^2], and what it hides, (L, K) [K]."""
         return replace(self, start=covariance_root(covariance), hidden=hidden)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Past:
+    """How a robot became as warm as its heat begins with: what is not known of its warmth has grown since."""
+
+    heat: ArmHeat  # that it began with
+    history: History  # since
+    passed: float = 0.0  # [s] of the program, which have run then
+
+    def then(self, *duties: Duty) -> "Past":
+        """With more that it did."""
+        return replace(self, history=replace(self.history, before=(*self.history.before, *duties)))
 
 
 def nothing_warms(heat: ThermalModel) -> ThermalUncertainty:

@@ -11,6 +11,8 @@ import states
 from command_line import refused, run
 
 from compgen.cli.output_files import figure_files
+from compgen.core import interrupts
+from compgen.pipelines.resume.paged_run import PlannedRun
 from compgen.pipelines.resume.written_job import job_of_pages, read_written_job
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
@@ -88,6 +90,19 @@ def test_the_next_page_is_written_when_its_forecast_leaves_the_bound(job, tmp_pa
     assert record["due"] == 0
     assert record["forecast"][0]["max_um"] < 2
     assert contents(job) == after
+
+
+def test_pages_that_no_correction_brings_into_the_bound_are_told(job, tmp_path):
+    """*written anew* was said of pages in which no byte changed, and exit 0 of 0.9 um where 0.4 may be."""
+    given = ("--log", log(tmp_path, 2400), "--pages", pages_file(tmp_path), "--within-um", "0.4", *ONCE)
+    first = run("follow", job, *given)
+    assert "over 0.4 um: pages 1 to 6 written anew" in first.stdout
+    refused(first, 1, "page 1: 0.", "um by its forecast, --within-um 0.4; corrected anew")
+    before = contents(job)
+    again = run("follow", job, *given)
+    assert "over 0.4 um: pages 1 to 6 unchanged" in again.stdout
+    refused(again, 1, "corrected anew")
+    assert contents(job) == before
 
 
 def test_the_figures_of_its_page_are_files_too(job, tmp_path, monkeypatch):
@@ -233,6 +248,43 @@ def test_what_a_look_leaves_out_is_told(job, tmp_path):
     refused(result, 1, "none of its 4 rows has a time_s and a cell for each column")
     assert "none of its 4 rows" in seen["doubt"]
     assert "none of its 4 rows" in run("follow", job, "--log", file, "--started", "0s", *ONCE).stdout
+
+
+def test_a_page_that_begins_while_it_is_worked_out_is_not_written(job, tmp_path, monkeypatch):
+    """Page 1 is due on an arm that stood 40 min; before its new text is ready the cell starts it: page 2 is written."""
+    before = contents(job)
+    rewrite = PlannedRun.rewrite
+
+    def slowly(run, page, *given, **more):
+        pages_file(tmp_path, (2400, 1, 1))
+        return rewrite(run, page, *given, **more)
+
+    monkeypatch.setattr(PlannedRun, "rewrite", slowly)
+    _, record = look(job, "--log", log(tmp_path, 2400), "--pages", tmp_path / "pages.csv")
+    assert record["due"] == 2
+    changed = {name for name, data in contents(job).items() if before.get(name) != data}
+    assert {"OPTIC_RASTER_01.LS", "OPTIC_RASTER_02.LS"} & changed == {"OPTIC_RASTER_02.LS"}
+
+
+def test_pages_that_somebody_writes_meanwhile_are_kept(job, tmp_path, monkeypatch):
+    """Between two looks somebody resumes from page 2; both that and what follow writes then stand in the manifest."""
+    pages = pages_file(tmp_path)
+
+    def resumed(pause):
+        monkeypatch.setattr(time, "sleep", ended)
+        call = run("resume", job, "--from-page", "2", "--late", "35min", "--date", "2026-01-31", "-q")
+        assert call.returncode == 0, call.stderr
+        log(tmp_path, 2400, 3.0)
+        pages_file(tmp_path, (2390, 1, 2))
+
+    def ended(pause):
+        raise interrupts.Interrupted(2)
+
+    monkeypatch.setattr(time, "sleep", resumed)
+    with pytest.raises(interrupts.Interrupted):
+        run("follow", job, "--log", log(tmp_path, 30), "--pages", pages, "--date", "2026-01-31", "-q")
+    entries = json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["resumed"]
+    assert [(e["from_page"], "late_s" in e) for e in entries] == [(2, True), (3, False)]
 
 
 def test_a_log_that_no_longer_changes_is_told(job, tmp_path, monkeypatch):

@@ -100,6 +100,13 @@ def test_pages_are_written_anew_for_the_air_that_was_found(job, tmp_path):
     assert page["after"]["max_um"] < 1
 
 
+def test_the_band_of_pages_in_time_is_that_of_the_program(made, job):
+    """The program takes two minutes after five hours: what the law missed in them is not forgotten."""
+    of_program = json.loads((made.parent / "pages_made" / "report.json").read_bytes())["band"]
+    of_pages = json.loads(run("resume", job, "--from-page", "2", "--late", "0s", *RESUME[2:], "--json").stdout)["band"]
+    assert of_pages["p95_um"] == pytest.approx(of_program["p95_um"], rel=0.01)
+
+
 def test_the_rest_is_written_and_what_was_before_stays(job):
     before = contents(job)
     result = run("resume", job, "--from-page", "2", *RESUME, "--json")

@@ -309,6 +309,35 @@ def test_a_touch_after_the_log_s_end_is_of_an_arm_that_stood(days):
     assert_allclose(later.touch_rise[0], at_end.rise, atol=1e-9)
 
 
+def test_what_a_log_left_open_is_open_after_what_follows_it(days):
+    """Six minutes of standing behind a log, as [[before]]: the rises are known little better than at its end."""
+    day = days(1)
+    later = load_job(day.job.source, overrides=[*day.job.overrides, 'before=[{state="idle",duration_h=0.1}]'])
+    spreads = []
+    for job in (day.job, later):
+        forecast = forecast_now(job, replace(day.touches, timed=False))
+        spreads.append(np.sqrt(np.diag(unknowns_of(job, forecast, np.zeros(3), 0.6, 10 * UM).prior.forecast)[:5]))
+    assert (spreads[1] > 0.8 * spreads[0]).all()
+
+
+def test_air_that_the_path_file_says_is_the_state_s_where_the_log_has_none(days, tmp_path):
+    day = days(1)
+    file = tmp_path / "log.csv"
+    rows = [row.split(",") for row in day.files["log"].read_text().splitlines()]
+    file.write_text("".join(",".join([time, *rest]) + "\n" for time, _, *rest in rows))
+    given = [*day.job.overrides, f"log.file='{file}'", "ambient.value_degC=26"]
+    assert anchored(replace(day, job=load_job(day.job.source, overrides=given))).state.air == pytest.approx(6.0)
+
+
+def test_a_log_beside_a_state_is_refused(days, tmp_path):
+    """The state was taken and the log passed over, with a note."""
+    day = days(1)
+    state = written(state_of(day.job), tmp_path)
+    files = ("--touches", day.files["touches"], "--artefact", day.files["artefact"], "--log", day.files["log"])
+    overrides = [word for item in IDENTIFIED for word in ("--set", item)]
+    refused(run("anchor", SPIRAL, *files, *overrides, "--set", f"state.file={state!r}"), 2, "[state]", "leave")
+
+
 def test_an_arm_that_nobody_identified_is_sent_to_identification(days):
     day = days(0)
     before = [o for o in day.job.overrides if o.startswith("before")]

@@ -6,10 +6,12 @@ from dataclasses import replace
 from hashlib import sha256
 
 import naive_files
+import naive_heat
 import numpy as np
 import pytest
 import states
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import chi2
 from shipped import path_file, quiet
 
 from compgen import fanuc as ls
@@ -21,7 +23,7 @@ from compgen.job.anchored_start import made_from_robot
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
-from compgen.pipelines.resume.beginning import Begun, begin_late, begin_with_state, known_state
+from compgen.pipelines.resume.beginning import Begun, begin_late, begin_with_log, begin_with_state, known_state
 from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.resume import resume
@@ -90,6 +92,20 @@ def test_a_late_start_is_what_generate_makes_of_the_same_wait(made, tmp_path):
             assert_array_equal(getattr(ours, field), getattr(oracle, field), err_msg=field)
     assert resumed.join is None
     assert resumed.replaced == tuple(page.file for page in resumed.written.pages)
+
+
+@pytest.mark.parametrize("day", [(), ('before=[{state="moving", feed_mm_s=200, duration_h=3}]',)])
+def test_the_band_of_a_page_that_nothing_held_up_is_that_of_its_job(tmp_path, day):
+    """What the law and the air miss has grown all day: it does not begin with the page."""
+    _, corrected = generate.generate(load_job(path_file("optic_raster"), None, (*SMALL, *day)), quiet)
+    for file, data in corrected.delivery.files:
+        (tmp_path / file).write_bytes(data)
+    for page in (2, 6):
+        resumed = later(tmp_path, page, 0.0)
+        first = resumed.written.pages[page - 1].first
+        _, of_job, of_page = np.intersect1d(corrected.band.rows - first, resumed.band.rows, return_indices=True)
+        assert len(of_job) > 100
+        assert_allclose(resumed.band.radius[of_page], corrected.band.radius[of_job], rtol=0.05)
 
 
 def test_the_old_pages_are_flown_through_the_wait(made):
@@ -309,6 +325,33 @@ def test_a_base_that_has_moved_stays_moved_for_later_pages(copy, tmp_path):
     older, _ = moved_state(copy, place, time=100.0)
     with pytest.raises(InputError, match="a later one"):
         by_state(copy, 4, older)
+
+
+def test_what_a_state_left_open_of_warmth_fades_and_gives_way_to_a_log(copy, tmp_path):
+    """Three kelvin of each node, five hours later, fade by their lags; a log since then tells the warmth anew."""
+    place = tmp_path / "state"
+    place.mkdir()
+    open_yet = np.diag([9.0] * 5 + [(20e-6) ** 2] * 3 + [0.0] * 3)
+    file, _ = moved_state(copy, place, covariance=open_yet)
+    put(copy, by_state(copy, 3, file))
+    base = 20e-6 * np.sqrt(chi2.ppf(0.95, 3))  # of a sphere, which the wait and the log leave
+    now, later_on = (shares_of(later(copy, 4, late))["anchored state"] for late in (0.0, 5 * 3600.0))
+    slowest = np.exp(-5.0 / max(node["tau_h"] for node in naive_heat.NODES.values()))
+    assert (
+        np.hypot(base, 0.2 * np.sqrt(now**2 - base**2)) < later_on < np.hypot(base, slowest * np.sqrt(now**2 - base**2))
+    )
+    log = place / "log.csv"
+    readings = "".join(f"{t},29,23.6,31,22.7,22.1\n" for t in range(0, 601, 60))
+    log.write_text(f"time_s,j2_degC,link1_degC,j3_degC,wrist_degC,face_degC\n{readings}")
+    written = read_written_job(copy)
+    whole = plan_whole(job_of_pages(written), quiet)
+    told = resume(written, whole, 4, lambda known: begin_with_log(known, str(log)), "2026-01-31", quiet)
+    assert shares_of(told)["anchored state"] == pytest.approx(base, rel=1e-3)
+    assert shares_of(told)["temperature log"] > 10 * UM
+
+
+def shares_of(resumed):
+    return {share.source: share.largest for share in resumed.band.budget}
 
 
 @pytest.mark.parametrize("verdict", ["anchored", "something moved"])

@@ -20,7 +20,7 @@ from compgen.cli.commands.resume import (
     within,
 )
 from compgen.cli.options import options as opt
-from compgen.cli.options.page_options import PageChoice, page_place
+from compgen.cli.options.page_options import PageChoice, PagePlace, page_place
 from compgen.cli.screen.messages import print_error, print_note, print_note_once
 from compgen.cli.screen.streams import reader_has_left
 from compgen.core import interrupts
@@ -92,7 +92,7 @@ class Watch:
         return repr([_facts(name) for name in (self.log, self.pages) if name is not None]).encode()
 
 
-def _facts(name: str) -> tuple[int, ...] | None:
+def _facts(name: str | Path) -> tuple[int, ...] | None:
     """What tells whether a file has changed; None where it is not there."""
     try:
         status = Path(name).stat()
@@ -136,6 +136,7 @@ class FollowedJob:
 
     run: "PagedRun"
     anchored: "AnchoredState | None"
+    manifest: tuple[int, ...] | None  # what tells whether somebody has written them since
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -167,8 +168,6 @@ def follow(
         cgen follow outputs/optic_raster --log temperatures.csv --within-um 5
         cgen follow outputs/optic_raster --log temperatures.csv --started 0s --once --json
     """
-    from compgen.pipelines.resume.written_job import read_written_job
-
     limits = watch.limits(max_um)
     checked_moment(date)
     place = page_place(Path(folder), page, date)
@@ -180,11 +179,8 @@ def follow(
     before, sight, still = b"", Sight(), Stillness()
     while True:
         if (seen := watch.fingerprint()) != before or watch.once:
-            before, sight = seen, _look(job, watch, limits, date=date)
-            resumed = sight.resumed
-            if resumed is not None and resumed.replaced and (resumed.is_usable or force):
-                put_anew(place, resumed)
-                job = replace(job, run=job.run.reread(read_written_job(place.folder)))
+            before = seen
+            job, sight = _keep_right(place, job, watch, limits, date=date, force=force)
             if not screen.quiet or screen.as_json:
                 _say(sight, watch.log, limits.within_um, as_json=screen.as_json, force=force)
         still.tell(watch.log, sight.readings.step if sight.readings is not None else 0.0)
@@ -210,6 +206,7 @@ def _load(
 
     finish_replacing(folder)
     written = read_written_job(folder)
+    manifest = _facts(folder / written.manifest_file)
     if not 0 <= watch.loaded <= len(written.pages):
         raise InputError(f"--loaded {watch.loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
     require_unedited(written)
@@ -222,7 +219,39 @@ def _load(
     zero = run.zero.reference
     reference = None if isinstance(zero, str) else zero
     anchored = None if state is None else load_state(state, run.cell, reference=reference)
-    return FollowedJob(run=run, anchored=anchored)
+    return FollowedJob(run=run, anchored=anchored, manifest=manifest)
+
+
+def _keep_right(
+    place: PagePlace, job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None, force: bool
+) -> tuple[FollowedJob, Sight]:
+    """A look, with the page that is due put into the folder, and the job as its pages are then.
+
+    Where the page begins, or somebody writes pages, while it is worked out, it is looked at anew.
+    """
+    while True:
+        if _facts(place.folder / job.run.written.manifest_file) != job.manifest:
+            job = _reread(place.folder, job)
+        sight = _look(job, watch, limits, date=date)
+        look, resumed = sight.look, sight.resumed
+        if look is None or resumed is None or not resumed.replaced or not (resumed.is_usable or force):
+            return job, sight
+        times, log = _read(job, watch, limits)
+        now = look.time if log is None or log.readings is None else float(log.readings.time[-1])
+        if (
+            times is not None
+            and times.loaded(now) < look.due
+            and _facts(place.folder / job.run.written.manifest_file) == job.manifest
+        ):
+            put_anew(place, resumed)
+            return _reread(place.folder, job), sight
+
+
+def _reread(folder: Path, job: FollowedJob) -> FollowedJob:
+    from compgen.pipelines.resume.written_job import read_written_job
+
+    manifest = _facts(folder / job.run.written.manifest_file)
+    return replace(job, run=job.run.reread(read_written_job(folder)), manifest=manifest)
 
 
 def _look(job: FollowedJob, watch: Watch, limits: Limits, *, date: str | None) -> Sight:
@@ -315,12 +344,13 @@ def _reasons(sight: Sight, log: str, within: float, *, force: bool) -> list[str]
         return [unread] if (unread := _unread(readings, log)) else []
     if look.doubt:
         return [f"{log}: {look.doubt}; the pages stay as they are"]
-    mended = look.due if resumed is not None and (resumed.is_usable or force) else 0
-    bad = next((f for f in look.forecasts if f.max > within * UM and not 0 < mended <= f.page), None)
+    is_put = resumed is not None and (resumed.is_usable or force)
+    left = {p.number: p.after.max for p in resumed.pages} if resumed is not None and is_put else {}
+    bad = next((f for f in look.forecasts if left.get(f.page, f.max) > within * UM), None)
     if bad is None:
         return []
     reason = "it runs" if bad.page == look.running else "the controller has it"
     if bad.page > look.loaded:
-        reason = "its correction is outside the job's bounds (--force)"
-    size = beyond_text(bad.max / UM, within, 1)
+        reason = "corrected anew" if is_put else "its correction is outside the job's bounds (--force)"
+    size = beyond_text(left.get(bad.page, bad.max) / UM, within, 1)
     return [f"page {bad.page}: {size} um by its forecast, --within-um {within:g}; {reason}"]

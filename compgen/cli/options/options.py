@@ -253,12 +253,9 @@ class JobChoice:
 
     def load_with_log(self, path: str, log: str | None, reference: str | None) -> "Job":
         """The job of a path file, with a temperature log in place of its history."""
-        from compgen.pipelines.anchor.anchor import log_overrides
-        from compgen.pipelines.files.path_file import load_job
+        from compgen.pipelines.anchor.anchor import load_with_log
 
-        if log is not None and self.state is not None:
-            raise InputError("--log: a state stands in place of history and log; leave --log or --state out")
-        return load_job(path, self.robot, [*self.changes(path), *log_overrides(path, log, reference)])
+        return load_with_log(path, self.robot, self.changes(path), log, reference)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

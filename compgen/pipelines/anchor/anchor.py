@@ -49,7 +49,6 @@ from compgen.pipelines.anchor.verdict import (
     RIVAL,
     Moved,
     anchor_verdict,
-    refuse_other_hour,
     refuse_taught,
     refuse_unidentified,
 )
@@ -84,7 +83,6 @@ def anchor(
     judged = weigh(innovation, prior)
     best, as_forecast = judged[0], next(j for j in judged if j.hypothesis == AS_FORECAST)
     refuse_taught(artefact, touches, frame, forecast, beside.unknowns, best)
-    refuse_other_hour(forecast, touches, innovation, prior, best)
     used = innovation.rows(innovation.used(best.hypothesis))
     chosen = widened(estimate(beside, best.hypothesis), used.y)
     left = left_out(used, chosen.V)
@@ -237,7 +235,7 @@ def anchor_files(  # noqa: PLR0913 - the files that one command names
         InputError: Anything wrong, naming file and line or key.
         ImpossibleError: The robot cannot drive the path.
     """
-    job = load_job(path, robot, [*overrides, *log_overrides(path, log, reference)])
+    job = load_with_log(path, robot, overrides, log, reference)
     artefact = artefact_of_touches(touches, artefact)
     known = read_artefact(artefact)
     number, frame = frame_of_artefact(known, job.frame, frames)
@@ -247,23 +245,31 @@ def anchor_files(  # noqa: PLR0913 - the files that one command names
     return anchor(job, known, seen, frame, made_from)
 
 
-def log_overrides(path: str, log: str | None, reference: str | None) -> list[str]:
-    """A temperature log in place of a path file's [[before]], as overrides ``key=value``.
+def load_with_log(
+    path: str, robot: str | None, overrides: Sequence[str], log: str | None, reference: str | None
+) -> Job:
+    """The job of a path file, with a temperature log in place of its [[before]].
 
     Args:
-        path: The path file, whose folder the key counts from.
+        path: The path file.
+        robot: Name or file; None: what the path file says.
+        overrides: ``key=value`` of both files.
         log: Its file; None: there is none.
         reference: What its rises count from: "start", "ambient" or degC; None: as the path file has it.
 
     Raises:
-        InputError: A log that is not there, or a reference without a log, or that is none.
+        InputError: Anything wrong; a log that is not there, or beside a state, or a reference without a log.
     """
     if log is None:
         if reference is not None:
             raise InputError(f"--reference {reference}: is of a log; give it with --log")
-        return []
+        return load_job(path, robot, overrides)
     if not os.path.exists(log):
         raise InputError(f"--log {log}: no such file; give a temperature log")
     file = os.path.relpath(log, Path(path).parent)
-    given = ["before=[]", f"log.file={toml_value(file)}"]
-    return given if reference is None else [*given, f"log.reference={toml_value(rise_reference(reference))}"]
+    given = [*overrides, "before=[]", f"log.file={toml_value(file)}"]
+    zero = [] if reference is None else [f"log.reference={toml_value(rise_reference(reference))}"]
+    job = load_job(path, robot, [*given, *zero])
+    if job.cell.state is not None:
+        raise InputError(f"--log {log}: a state stands in place of history and log; leave it, or [state], out")
+    return job

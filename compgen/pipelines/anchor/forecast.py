@@ -27,7 +27,7 @@ from compgen.thermal.filled_rises import HEIGHT
 from compgen.thermal.log_prior import EACH
 from compgen.thermal.schedule import History
 from compgen.thermal.state_from_log import TemperatureLog, fit_log
-from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
+from compgen.thermal.uncertainty import Past, missed_rise, rise_by_air, rise_by_model
 
 AFTER = 10 * MINUTE  # that touches may end after a log's last reading
 AROUND = 1 * HOUR  # of the end of [[before]] that touches may be away
@@ -44,9 +44,9 @@ class Forecast:
     state: Array  # (S,)
     rise: Array  # (K,) [K]
     touch_rise: Array  # (N, K) [K] at each touch
-    course: tuple[Array, Array] | None  # time (T,) [s] and rises (T, K) [K] of the log; None: without one
+    is_logged: bool  # by a log, not by a history
     own: Array  # (K,) [K] standard deviation of what each node has by itself
-    past: History  # that led there, for what quantities add
+    past: Past  # that led there, for what quantities add
 
     @property
     def air(self) -> float:
@@ -55,12 +55,11 @@ class Forecast:
 
     def added_rise(self, quantity: Quantity, feed: float) -> Array:
         """What one unit of a quantity adds to the rises, (K,) [K]."""
-        heat, change, now = self.cell.heat, quantity.cause.heat, np.zeros(1)
-        heat = heat if self.course is not None or self.cell.state is not None else heat.starting(None)
-        rise = missed_rise(self.cell.warmth, heat, self.past, change, now)[0]
-        rise = rise + change.air * rise_by_air(heat, self.past, now)[0]
-        if change.changes_model and self.course is None:
-            rise = rise + rise_by_model(self.cell.warmth, heat, self.past, feed, change, now)[0]
+        heat, history, change, now = self.past.heat, self.past.history, quantity.cause.heat, np.zeros(1)
+        rise = missed_rise(self.cell.warmth, heat, history, change, now)[0]
+        rise = rise + change.air * rise_by_air(heat, history, now)[0]
+        if change.changes_model and not self.is_logged:
+            rise = rise + rise_by_model(self.cell.warmth, heat, history, feed, change, now)[0]
         return np.asarray(rise)
 
 
@@ -102,7 +101,7 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
         return plan_written_motion(job.plan, job.cell, job.plan.process.feed).joint_motion
 
     fitted = fit_log(cut, heat, heat.mean_losses(working).moving)
-    air, end = still_air(float(cut.air[-1])), float(cut.time[-1])
+    air, end = still_air(float(cut.air[-1])) if log.has_air else job.history.air, float(cut.time[-1])
 
     def stood(until: float) -> Array:
         return state_after(heat, (replace(job.history.standing, duration=until - end),), fitted.state, air)
@@ -120,9 +119,9 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
         state=state,
         rise=np.asarray(heat.outputs @ state),
         touch_rise=rise,
-        course=(fitted.time, fitted.rise),
+        is_logged=True,
         own=own,
-        past=History(air=air),
+        past=Past(heat.starting(state), History(air=air)),
     )
 
 
@@ -145,7 +144,6 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
     rise = np.empty((len(when), len(heat.names)))
     rise[order] = rise_history(heat, duties, when[order] - origin, air=history.air)
     air = history.air.since(last - origin)
-    past = replace(history, before=until)
     return Forecast(
         cell=replace(job.cell, heat=heat.starting(state)),
         history=replace(history, before=(), air=air),
@@ -153,7 +151,7 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
         state=state,
         rise=np.asarray(heat.outputs @ state),
         touch_rise=rise,
-        course=None,
+        is_logged=False,
         own=np.zeros(len(heat.names)),
-        past=past,
+        past=Past(heat, replace(history, before=until)),
     )

@@ -17,15 +17,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from compgen.core.arrays import Array, interpolated, rms
+from compgen.core.arrays import Array, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
-from compgen.core.units import MINUTE, MM, UM
+from compgen.core.units import MM, UM
 from compgen.error_model.anchored_state import AnchorVerdict
 from compgen.identification.touches import Artefact, Touches
 from compgen.job.job import Cell
 from compgen.pipelines.anchor.forecast import Forecast
-from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Hypothesis, Innovation, TouchPrior, Weighed, weigh
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Hypothesis, Innovation, Weighed, weigh
 from compgen.pipelines.anchor.touching import innovation_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns
 
@@ -38,7 +38,6 @@ APART = 25 * UM  # rms by which two rivals' paths may differ
 SURE = 3.0  # standard deviations of what moved
 LEAST_MOVED = 50 * UM
 MUCH = 10.0  # difference of the logarithms of two evidences
-STEP = 15 * MINUTE  # of the hours that are tried
 WILD = 4.0  # times what the forecast leaves open: with a base that moved as well, it is the geometry
 PLAUSIBLE = 0.01  # of a chi^2
 
@@ -146,31 +145,6 @@ def refuse_taught(
             f"when it "
             "was cold, not places by an instrument; add taught = {} to [artefact], or mend the places"
         )
-
-
-def refuse_other_hour(
-    forecast: Forecast, touches: Touches, innovation: Innovation, prior: TouchPrior, best: Weighed
-) -> None:
-    """Raises InputError where the touches fit the log at another hour, and not at theirs."""
-    if best.hypothesis == AS_FORECAST or forecast.course is None or not touches.timed:
-        return
-    time, course = forecast.course
-    K, when = course.shape[1], touches.time
-    rates = innovation.H[:, :K]
-
-    def rises(shift: float) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        return interpolated(when + shift, time, course)[innovation.touch]
-
-    now, tried = rises(0.0), np.arange(time[0] - when.min(), time[-1] - when.max(), STEP)
-    for shift in tried[np.abs(tried) >= 2 * STEP].tolist():
-        other = replace(innovation, y=innovation.y - (rates * (rises(shift) - now)).sum(axis=1))
-        as_said = next(j for j in weigh(other, prior) if j.hypothesis == AS_FORECAST)
-        if as_said.evidence > best.evidence + MUCH and probability(as_said.chi2, len(other.y)) > PLAUSIBLE:
-            raise InputError(
-                f"{touches.file}: column time_s: of another hour: the touches fit the log "
-                f"{abs(shift) / MINUTE:.0f} min {'later' if shift > 0 else 'earlier'}, not at their times; mend "
-                f"the times"
-            )
 
 
 def refuse_unidentified(

@@ -116,8 +116,6 @@ def station_columns(
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST)).astype(int))]
     motion = plan.drive.joint_motion()
     history = History(before=tuple(with_losses(cell.heat, before, motion)), air=still_air(air))
-    way = np.diff(motion.time)
-    feed = float(motion.driven @ way / way.sum()) if way.sum() > 0 else 0.0
     directions = station_directions(cell.robot, cell.sources, plan.drive)[0]
     tools = poses.tool[plan.drive.pose[rows]]
     parts: list[tuple[Array, Columns]] = []
@@ -133,7 +131,7 @@ def station_columns(
         )
         model = cell.error_model(poses.tools[tool])
         place[tools == tool] = model.nominal_pose(places.theta).position
-        parts.append((with_tool, columns_at(cell, history, feed, uncertainty, places, model)))
+        parts.append((with_tool, columns_at(cell, history, motion.mean_feed, uncertainty, places, model)))
     order = np.argsort(np.concatenate([with_tool for with_tool, _ in parts]), kind="stable")
     first = parts[0][1]
     columns = Columns(

@@ -11,7 +11,7 @@ The robot as a thermocouple log leaves it: the state that explains the readings,
 The robot as an anchored state has it: its warmth, its base, and what has drifted.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
@@ -28,7 +28,7 @@ from compgen.core.findings import Finding
 from compgen.core.toml import check, override, read_toml
 from compgen.core.units import DAY, MINUTE, limit_words
 from compgen.error_model.anchored_state import AnchoredState, parse_state, state_text
-from compgen.job.anchored_start import OTHER_VALUES, cell_with_state, is_of_other_values, load_state
+from compgen.job.anchored_start import OTHER_VALUES, cell_with_log, cell_with_state, is_of_other_values, load_state
 from compgen.job.job import Cell, Job
 from compgen.pipelines.files.robot_file import load_cell
 from compgen.pipelines.files.schema import PathFile
@@ -36,9 +36,11 @@ from compgen.pipelines.planned.job_results import Planned
 from compgen.thermal import Ambient, Duty, JointMotion, state_after, states_at, still_air, tables
 from compgen.thermal.log_end import end_of
 from compgen.thermal.model import ThermalModel
+from compgen.thermal.schedule import History
 from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.tables.schema import AmbientTable, LogTable
 from compgen.thermal.temperature_log import read_growing_log
+from compgen.thermal.uncertainty import Past
 
 MOST_LATE = 7 * DAY
 
@@ -54,6 +56,7 @@ class Begun:
     why: str  # in words
     cause: dict[str, Any]  # the same for a record
     air: float | None = None  # [K] rise that stays from then on; None: as was planned
+    past: Past | None = None  # since its warmth was known; None: it was known then
 
 
 class Logged(NamedTuple):
@@ -77,6 +80,7 @@ class PromptStart:
     plain: Callable[[], Cell]  # as its robot file has it, without the state that its program may begin with
     heat: ThermalModel
     state: Array  # (S,)
+    past: Past  # that led there
     clock: float  # [s]
     air: Ambient
     standing: Duty  # one second of it
@@ -132,11 +136,15 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
     motion = whole.joint_motion.between(row)
     at = np.array([first - row], dtype=np.int64)
     after = states_at(job.heat, state, motion, at, air, clock)[0]
+    day, way = replace(job.history, before=job.duties_before()), whole.joint_motion.between(0).time
+    pages = [(float(way[int(entry["first_waypoint"])]), entry) for entry in earlier]
+    past = past_until(float(way[first]), pages, Past(job.cell.heat, day), job.feed)
     return PromptStart(
         cell=cell,
         plain=partial(unmoved, job),
         heat=job.heat,
         state=after,
+        past=past,
         clock=clock + float(motion.time[first - row]),
         air=air,
         standing=job.history.standing,
@@ -145,6 +153,26 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
         earlier=tuple(earlier),
         measured_air=measured_air,
     )
+
+
+def past_until(time: float, pages: Sequence[tuple[float, Mapping[str, Any]]], past: Past, feed: float) -> Past:
+    """What led to where a page begins.
+
+    Args:
+        time: When, of the program [s].
+        pages: When each page that was written anew before it begins [s], and its record.
+        past: Until the program began.
+        feed: Of the program [m/s].
+    """
+    ran, standing = 0.0, past.history.standing
+    for at, entry in pages:
+        past, ran = past.then(Duty("moving", feed, at - ran)), at
+        if "late_s" in entry:
+            past = past.then(replace(standing, duration=float(entry["late_s"])))
+        else:  # its warmth was found
+            state = np.array(entry.get("state", np.zeros(len(past.heat.rate))))
+            past = Past(past.heat.starting(state), replace(past.history, before=()))
+    return past.then(Duty("moving", feed, time - ran))
 
 
 def unmoved(job: Job) -> Cell:
@@ -158,10 +186,12 @@ def begin_late(known: PromptStart, late: float) -> Begun:
     """The page starts so much later [s] than the page before stopped; the servo is on."""
     if not 0 <= late <= MOST_LATE:
         raise InputError(f"--late {late:g} s: outside 0 to {MOST_LATE:g} s; give how long the page waits, as 35min")
-    waited = state_after(known.heat, [replace(known.standing, duration=late)], known.state, known.air, known.clock)
+    wait = replace(known.standing, duration=late)
+    waited = state_after(known.heat, [wait], known.state, known.air, known.clock)
     why = f"it starts {limit_words(late)} late"
     clock, cause = known.clock + late, {"late_s": late}
-    return Begun(cell=known.cell, state=waited, clock=clock, why=why, cause=cause, air=known.measured_air)
+    air, past = known.measured_air, known.past.then(wait)
+    return Begun(cell=known.cell, state=waited, clock=clock, why=why, cause=cause, air=air, past=past)
 
 
 def air_from(whole: Planned, begun: Begun) -> Ambient:
@@ -226,7 +256,7 @@ def begin_with_log(known: PromptStart, file: str, late: float | None = None) -> 
     end, name = float(log.time[-1]), Path(file).name
     wanted = end_of(log, known.cell.heat, known.cell.warmth, known.motion)
     return Begun(
-        cell=replace(known.cell, warmth=wanted.warmth),
+        cell=cell_with_log(known.cell, wanted.warmth),
         state=wanted.state,
         clock=clock,
         why="; ".join([f"thermocouple log {name} until {end:.0f} s", *log.notes]),
@@ -265,6 +295,7 @@ def begin_with_state(known: PromptStart, file: str, age: float, late: float | No
     return Begun(
         cell=cell,
         state=state_after(cell.heat, standing, cell.heat.start, air, begin),
+        past=Past(cell.heat, History(before=tuple(standing), air=air)),
         clock=clock,
         why=f"state {state.digest[:8]} says so {state.origin(since)}",
         cause={

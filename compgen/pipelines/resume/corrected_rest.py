@@ -27,7 +27,7 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct import correct as correct_program
 from compgen.pipelines.correct.program_pages import part_listing
 from compgen.pipelines.files.twin_of_job import twin_of_cell
-from compgen.pipelines.resume.beginning import Begin, Logged, PromptStart, state_findings
+from compgen.pipelines.resume.beginning import Begin, Logged, PromptStart, past_until, state_findings
 from compgen.pipelines.resume.corrected_job import ANEW, CorrectedJob, with_state_text
 from compgen.pipelines.resume.pages_anew import with_manifest
 from compgen.pipelines.resume.result import Join, PagesAnew, Size, page_results, size_of
@@ -37,8 +37,9 @@ from compgen.robot.robot import Capacity
 from compgen.thermal import Duty, JointMotion, state_after, states_at
 from compgen.thermal.ambient import still_air
 from compgen.thermal.model import with_losses
-from compgen.thermal.schedule import STANDING
+from compgen.thermal.schedule import STANDING, History
 from compgen.thermal.tables.schema import AmbientTable
+from compgen.thermal.uncertainty import Past
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
 
@@ -101,15 +102,17 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     old = as_written.correction
     stations = page_stations(old, job)
     at = stations[from_page - 1]
-    place = int(first.plan.drive.reached[at])
-    known = _known_at(place, as_written, job.plain, first.plan.drive.joint_motion(), earlier)
+    reached = first.plan.drive.reached[stations[:from_page]]
+    known = _known_at(reached, as_written, job, first.plan.drive.joint_motion(), earlier)
     begun = begin(known)
+    known_since = begun.past or Past(begun.cell.heat.starting(begun.state), History())
+    past = replace(known_since, passed=float(known.motion().time[reached[-1]]))
     air, heat = old.options.air if begun.air is None else begun.air, begun.cell.heat
-    passed = heat.rate * known.motion().time[place]
+    passed = heat.rate * past.passed
     by_air = heat.ambient * (air - old.options.air) * -np.expm1(-passed)
     started = as_written.start + _grown_back(begun.state - known.state - by_air, passed)
     rest = replace(job, options=replace(job.options, air=air, judged_from=at))
-    new = _corrected(rest, _beginning(begun.cell, started), (), progress)
+    new = _corrected(rest, replace(_beginning(begun.cell, started), past=past), (), progress)
     if not np.array_equal(new.written.positions.number, old.written.positions.number):
         raise InputError(
             f"{written.manifest_file}: the new correction needs other positions than the pages have (--split, "
@@ -181,17 +184,23 @@ def last_writer(calls: Earlier, page: int) -> int:
     return max((k for k, entry in enumerate(calls, 1) if int(entry["from_page"]) <= page), default=0)
 
 
-def _known_at(place: int, written: _AsWritten, plain: Cell, motion: JointMotion, earlier: Earlier) -> PromptStart:
-    """The robot at a place of the motion by the day so far."""
+def _known_at(
+    reached: IntArray, written: _AsWritten, job: CorrectedJob, motion: JointMotion, earlier: Earlier
+) -> PromptStart:
+    """The robot by the day so far, where the last of some pages begins, each at a row of the motion, (P,)."""
     heat, start, options = written.cell.heat, written.start, written.correction.options
     air, usual = still_air(options.air), AmbientTable()
     zero = usual if options.reference == usual.reference_degC else AmbientTable(reference_degC=options.reference)
     (standing,) = with_losses(heat, [STANDING], motion)
+    way = motion.time[reached].tolist()
+    day = Past(job.cell.heat, History(before=job.before, air=still_air(job.options.air)))
+    pages = [(way[int(entry["from_page"]) - 1], entry) for entry in earlier]
     return PromptStart(
         cell=written.cell,
-        plain=lambda: plain,
+        plain=lambda: job.plain,
         heat=heat,
-        state=states_at(heat, start, motion, np.array([place]), air)[0],
+        state=states_at(heat, start, motion, reached[-1:], air)[0],
+        past=past_until(way[-1], pages, day, motion.mean_feed),
         clock=0.0,
         air=air,
         standing=standing,

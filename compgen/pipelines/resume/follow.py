@@ -208,8 +208,8 @@ def _clock_doubt(log: GrowingLog, times: PageTimes, now: float) -> str:
         return f"{late}; {longest / DAY:.1f} at most: give --planned on the log's clock, in seconds"
     for start in times.starts[:1]:
         if not -DAY <= start.time - times.planned <= longest:
-            away = f"the first page starts at {start.time:.0f} s, --planned is {times.planned:.0f} s"
-            return f"{away}, more than {MOST_LATE / DAY:g} days away: give pages, log and --planned one clock"
+            apart = f"the first page starts at {start.time:.0f} s, --planned is {times.planned:.0f} s"
+            return f"{apart}: give pages, log and --planned one clock"
     return ""
 
 

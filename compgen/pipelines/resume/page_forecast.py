@@ -12,7 +12,7 @@ import numpy as np
 from compgen.core.arrays import Array, owns, rms
 from compgen.core.units import UM
 from compgen.error_model.anchored_state import AnchoredState, parse_state, state_text
-from compgen.job.anchored_start import cell_with_state
+from compgen.job.anchored_start import cell_with_log, cell_with_state
 from compgen.job.job import Cell
 from compgen.pipelines.resume.beginning import Begun
 from compgen.pipelines.resume.page_times import PageTimes
@@ -115,7 +115,7 @@ class Forecaster:
         }
         why = f"log {cause['log']} at {self.now:.0f} s: it would leave {cause['forecast_um']:.1f} um"
         known = self.known_cell(page)
-        cell = replace(known, warmth=known.warmth.begun(missed.covariance[:K, :K], hidden))
+        cell = cell_with_log(known, known.warmth.begun(missed.covariance[:K, :K], hidden))
         if self.anchored is not None and known.state is self.anchored:
             cause |= {"state_time_s": self.anchored.time, "state_toml": state_text(self.anchored)}
             why += f"; state {self.anchored.digest[:8]} {self.anchored.origin()}"

@@ -13,7 +13,7 @@ from compgen.core.units import MINUTE
 from compgen.job.job import Cell
 from compgen.pipelines.planned.job_results import Planned
 from compgen.pipelines.planned.program_text import in_world
-from compgen.pipelines.resume.beginning import Begun, path_tables, unmoved
+from compgen.pipelines.resume.beginning import Begun, PromptStart, path_tables, unmoved
 from compgen.pipelines.resume.corrected_rest import ResumedProgram
 from compgen.pipelines.resume.pages_anew import read_written
 from compgen.pipelines.resume.result import Resumed
@@ -105,7 +105,11 @@ class PlannedRun(PagedRun):
 
     def rewrite(self, page: int, begun: Begun, date: str, progress: Progress, loaded: int, done: int) -> Resumed:
         """By the way of ``resume``."""
-        return resume(self.written, self.whole, page, lambda known: begun, date, progress, loaded=loaded, done=done)
+
+        def begin(known: PromptStart) -> Begun:
+            return begun if begun.air is not None else replace(begun, air=known.measured_air)
+
+        return resume(self.written, self.whole, page, begin, date, progress, loaded=loaded, done=done)
 
     def reread(self, written: WrittenJob) -> Self:
         """The pages read again."""

@@ -36,7 +36,7 @@ def rest_of_job(whole: Planned, begun: Begun) -> Job:
     return replace(
         job,
         plan=replace(job.plan, process=process),
-        cell=replace(begun.cell, heat=begun.cell.heat.starting(begun.state)),
+        cell=replace(begun.cell, heat=begun.cell.heat.starting(begun.state), past=begun.past),
         history=history,
         ensemble=None,
         on_other_heat_model=None,

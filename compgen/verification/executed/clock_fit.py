@@ -10,6 +10,7 @@ One log cannot part a clock that is off by a share from a program that is slower
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -80,7 +81,10 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
     edges = np.unique(np.concatenate([stops, held]))
     run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
-    inside = _cruising(time, run, stands, *_planned_runs(course, edges), course.judged[course.way(arc)])
+    runs = _planned_runs(course, edges)
+    shown = course.at(course.cruise, arc)
+    blur = noise * float(np.ptp(shown)) / max(float(np.ptp(arc)), NODE)
+    inside = _cruising(time, run, stands, runs, course.judged[course.way(arc)], shown, blur)
     way, chord = chords(course, arc)
     straight = inside & (chord >= STRAIGHT * way)
     inside = straight if straight.sum() > FEW * inside.sum() else inside
@@ -136,11 +140,26 @@ class _Steady:
     inside: BoolArray  # (M,) at steady speed
 
 
-def _planned_runs(course: ProgramCourse, edges: Array) -> tuple[Array, Array]:
-    """Of runs between edges (R + 1,) [m]: time at written speeds, and with ramps, without waits, (R,) [s]."""
+class _Runs(NamedTuple):
+    """R runs by the plan."""
+
+    alone: Array  # (R,) [s] at written speeds
+    planned: Array  # (R,) [s] with ramps, without waits
+    is_line: BoolArray  # (R,) one straight line
+
+
+def _planned_runs(course: ProgramCourse, edges: Array) -> _Runs:
+    """Runs between edges, (R + 1,) [m]; of one edge there are none, and all is of one of no time."""
+    if len(edges) < 2:
+        return _Runs(np.zeros(1), np.zeros(1), np.zeros(1, dtype=bool))
     clock = course.counted_clock() if course.counted else course.cruise
     waited = cumulated(course.wait)[np.searchsorted(course.arc, edges - NODE)]
-    return np.diff(course.at(clock, edges)), np.diff(course.at(course.planned, edges)) - np.diff(waited)
+    chord = norm(np.diff(course.place(edges), axis=0))
+    return _Runs(
+        np.diff(course.at(clock, edges)),
+        np.diff(course.at(course.planned, edges)) - np.diff(waited),
+        chord >= STRAIGHT * np.diff(edges),
+    )
 
 
 def _between_waits(
@@ -191,19 +210,21 @@ def nearest_rows(sorted_values: Array, values: Array) -> IntArray:
 
 
 def _cruising(
-    time: Array, run: IntArray, stands: list[tuple[int, int]], alone: Array, planned: Array, judged: BoolArray
+    time: Array, run: IntArray, stands: list[tuple[int, int]], runs: _Runs, judged: BoolArray, shown: Array, blur: float
 ) -> BoolArray:
     """Rows at steady speed, (M,): on judged ways, away from both ends of their run, and from stands.
 
-    Rows of runs that ramps slow down a lot count only where there are few others.
+    Rows of runs that ramps slow down a lot count only where there are few others, and those of a short straight line
+    only where its middle half is driven as fast as its middle quarter: else it is all ramps.
 
     Args:
         time: Log's clock, (M,) [s].
         run: From 1, 0 before the first, (M,).
         stands: First and last row of each.
-        alone: Time of each run at its written speeds, (R,) [s].
-        planned: The same with ramps, (R,) [s].
+        runs: By the plan.
         judged: Rows on ways that are judged, (M,).
+        shown: What the clock of written speeds shows, (M,) [s].
+        blur: Noise of that [s].
     """
     begins = np.flatnonzero(np.append(True, np.diff(run) != 0))
     ends = np.append(begins[1:], len(run)) - 1
@@ -215,16 +236,25 @@ def _cruising(
                 first[r] = max(first[r], time[b])
             elif time[b] >= last[r] - RAMP_TIME and time[a] > first[r]:
                 last[r] = min(last[r], time[a])
-    alone, planned = (alone, planned) if len(alone) else np.zeros((2, 1))  # of one stop there are no runs
-    of = np.clip(run[begins] - 1, 0, len(alone) - 1)
-    ramps = np.maximum(planned - alone, 0.0)[of]
-    slower = (last - first) / np.maximum(planned[of], NODE)
-    margin = np.minimum(np.maximum(RAMP_TIME, ramps * np.clip(slower, 1.0, 100.0) + SETTLING), (last - first) / 4)
+    of = np.clip(run[begins] - 1, 0, len(runs.alone) - 1)
+    alone, planned = runs.alone[of], runs.planned[of]
+    ramps = np.maximum(planned - alone, 0.0)
+    slower, quarter = (last - first) / np.maximum(planned, NODE), (last - first) / 4
+    margin = np.maximum(RAMP_TIME, ramps * np.clip(slower, 1.0, 100.0) + SETTLING)
+    half, middle = (
+        np.interp((first + last) / 2 + share * quarter, time, shown)
+        - np.interp((first + last) / 2 - share * quarter, time, shown)
+        for share in (1.0, 0.5)
+    )
+    is_steady = ~runs.is_line[of] | (margin <= quarter) | (2 * middle - half <= SAME_RATE * half + 10 * blur)
+    margin = np.minimum(margin, quarter)
     index = np.repeat(np.arange(len(begins)), ends - begins + 1)
-    inside = (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0) & judged
+    inside = (
+        (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0) & judged & is_steady[index]
+    )
     for a, b in stands:
         inside[a : b + 1] = False
-    sure, some = (inside & (ramps <= share * alone[of])[index] for share in (RAMPS, 1.0))
+    sure, some = (inside & (ramps <= share * alone)[index] for share in (RAMPS, 1.0))
     return np.asarray(sure if sure.sum() > FEW * inside.sum() else some)
 
 
