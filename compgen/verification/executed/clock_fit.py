@@ -10,19 +10,17 @@ One log cannot part a clock that is off by a share from a program that is slower
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, norm, owns
 from compgen.verification.executed.clock_rates import SAME_RATE, Stretch, Windows, window_rates
-from compgen.verification.executed.course import ProgramCourse
+from compgen.verification.executed.course import NODE, STRAIGHT, PlannedRuns, ProgramCourse, planned_runs
 from compgen.verification.executed.overrides import timed_log
 
 RAMP_TIME = 0.7  # [s] at both ends of a run that are left out, if its ramps take no more
 SETTLING = 0.3  # [s] beside a ramp, until a smoothed motion is steady
 FEW = 0.3  # of the rows
-NODE = 1e-9  # m; s: less than any two nodes are apart
 RAMPS = 0.25  # of a run's time at its written speeds, that ramps may add where its rate is sure
 STANDING = 0.03  # of the written speed
 LEAST_STAND = 0.12  # s
@@ -31,7 +29,6 @@ BEYOND = 0.25  # [s] that a stop costs more than planned, from where the robot i
 NEAR_STOP = 1e-3  # [m] from a stop, where the robot stands at it
 AT_REST = 2e-5  # [m] from the first stop, while the robot still stands there
 CORNER = 0.35  # [s] on each side of a corner, in which it is cut and the way looks slow
-STRAIGHT = 0.9995  # chord over way about a row, from which there is none
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +78,7 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
     edges = np.unique(np.concatenate([stops, held]))
     run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
-    runs = _planned_runs(course, edges)
+    runs = planned_runs(course, edges)
     shown = course.at(course.cruise, arc)
     blur = noise * float(np.ptp(shown)) / max(float(np.ptp(arc)), NODE)
     inside = _cruising(time, run, stands, runs, course.judged[course.way(arc)], shown, blur)
@@ -140,28 +137,6 @@ class _Steady:
     inside: BoolArray  # (M,) at steady speed
 
 
-class _Runs(NamedTuple):
-    """R runs by the plan."""
-
-    alone: Array  # (R,) [s] at written speeds
-    planned: Array  # (R,) [s] with ramps, without waits
-    is_line: BoolArray  # (R,) one straight line
-
-
-def _planned_runs(course: ProgramCourse, edges: Array) -> _Runs:
-    """Runs between edges, (R + 1,) [m]; of one edge there are none, and all is of one of no time."""
-    if len(edges) < 2:
-        return _Runs(np.zeros(1), np.zeros(1), np.zeros(1, dtype=bool))
-    clock = course.counted_clock() if course.counted else course.cruise
-    waited = cumulated(course.wait)[np.searchsorted(course.arc, edges - NODE)]
-    chord = norm(np.diff(course.place(edges), axis=0))
-    return _Runs(
-        np.diff(course.at(clock, edges)),
-        np.diff(course.at(course.planned, edges)) - np.diff(waited),
-        chord >= STRAIGHT * np.diff(edges),
-    )
-
-
 def _between_waits(
     course: ProgramCourse, arc: Array, straight: BoolArray, edges: Array, waits: IntArray
 ) -> tuple[IntArray, BoolArray]:
@@ -210,7 +185,13 @@ def nearest_rows(sorted_values: Array, values: Array) -> IntArray:
 
 
 def _cruising(
-    time: Array, run: IntArray, stands: list[tuple[int, int]], runs: _Runs, judged: BoolArray, shown: Array, blur: float
+    time: Array,
+    run: IntArray,
+    stands: list[tuple[int, int]],
+    runs: PlannedRuns,
+    judged: BoolArray,
+    shown: Array,
+    blur: float,
 ) -> BoolArray:
     """Rows at steady speed, (M,): on judged ways, away from both ends of their run, and from stands.
 

@@ -10,11 +10,12 @@ A log's override is the rate of a clock between stops; what a stop costs beside 
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, interpolated, owns, unit
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, interpolated, norm, owns, unit
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.robot.joint_path import arm_spread
@@ -22,6 +23,8 @@ from compgen.robot.robot import SAME_PERIOD, Robot
 
 CHORD = 2e-7  # [m] of an arc, between the nodes that stand for it
 LONGEST_DIVISION = 4000  # nodes of one arc
+NODE = 1e-9  # m; s: less than any two nodes are apart
+STRAIGHT = 0.9995  # chord over way, from which a way has no corner
 LEAST_WAY = 1e-12  # [m] of a way: one without length
 SAME_SPREAD = 0.05  # [m2] of an arm: a fifth of a period of means
 
@@ -184,3 +187,25 @@ def tangents_of(position: Array) -> Array:
     way = np.full(len(step), moving[0])
     way[moving] = moving
     return unit(step.take(np.maximum.accumulate(way), axis=0))
+
+
+class PlannedRuns(NamedTuple):
+    """R runs by the plan."""
+
+    alone: Array  # (R,) [s] at written speeds
+    planned: Array  # (R,) [s] with ramps, without waits
+    is_line: BoolArray  # (R,) one straight line
+
+
+def planned_runs(course: ProgramCourse, edges: Array) -> PlannedRuns:
+    """Runs between edges, (R + 1,) [m]; of one edge there are none, and all is of one of no time."""
+    if len(edges) < 2:
+        return PlannedRuns(np.zeros(1), np.zeros(1), np.zeros(1, dtype=bool))
+    clock = course.counted_clock() if course.counted else course.cruise
+    waited = cumulated(course.wait)[np.searchsorted(course.arc, edges - NODE)]
+    chord = norm(np.diff(course.place(edges), axis=0))
+    return PlannedRuns(
+        np.diff(course.at(clock, edges)),
+        np.diff(course.at(course.planned, edges)) - np.diff(waited),
+        chord >= STRAIGHT * np.diff(edges),
+    )
