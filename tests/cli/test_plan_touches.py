@@ -52,10 +52,13 @@ def test_a_plan_says_before_after_and_the_gain_of_each_touch(tmp_path):
     assert {p.name: p.read_bytes() for p in (tmp_path / "o").iterdir()} == again
 
 
-def test_a_table_that_was_filled_in_is_not_planned_anew(tmp_path):
+@pytest.mark.parametrize(("cells", "typed"), [("\n,", "\n12.5,"), (",,,,", ",1300.1,2.5,180.2,")])
+def test_a_table_that_was_filled_in_is_not_planned_anew(tmp_path, cells, typed):
+    """Its times, or its places alone: those were taken for unfilled and written over."""
     file, table = artefact(tmp_path), tmp_path / "o" / "touches.csv"
     assert plan(file, tmp_path / "o", "-n", "2", "-q").returncode == 0
-    filled = table.read_text().replace("\n,", "\n12.5,", 1)
+    filled = table.read_text().replace(cells, typed, 1)
+    assert filled != table.read_text()
     table.write_text(filled)
     refused(plan(file, tmp_path / "o", "-n", "2"), 2, "touches.csv", "touches that were made", "-o")
     assert table.read_text() == filled

@@ -286,7 +286,7 @@ def plan_touches(
     chosen = job.load_with_log(path, log, reference)
     name = program_name(f"{chosen.name}_touches", chosen.robot.controller.capacity.name_length)
     check_folder(folder, run, record=PLAN_RECORD, others=[f"{name}.LS", PLAN_TABLE])
-    check_unfilled(folder, PLAN_TABLE, "touches that were made", lambda row: row.startswith(b","))
+    check_unfilled(folder, PLAN_TABLE, "touches that were made")
     spheres, sigma, search = read_artefact(artefact), choice.sigma * UM, choice.search()
     frame = frame_of_artefact(spheres, chosen.frame, frames)
     with show_progress(quiet=screen.is_silent) as progress:

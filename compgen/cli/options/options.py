@@ -255,6 +255,8 @@ class JobChoice:
         """The job of a path file, with a temperature log in place of its history."""
         from compgen.pipelines.anchor.anchor import load_with_log
 
+        if log is not None and self.state is not None:
+            raise InputError("--log: a state stands in place of history and log; leave --log or --state out")
         return load_with_log(path, self.robot, self.changes(path), log, reference)
 
 

@@ -7,7 +7,7 @@ it.
 """
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -70,22 +70,15 @@ def check_restored(folder: Path, program: str, planned: bytes) -> None:
         raise refusal(folder, f"another {program} is in it; move it away, or")
 
 
-def check_unfilled(folder: Path, table: str, filled: str, is_planned: Callable[[bytes], bool]) -> None:
-    """Raises InputError where a table is there that the shop has begun to fill in, or that cannot be read.
+def check_unfilled(folder: Path, table: str, filled: str) -> None:
+    """Raises InputError where a table is there that is not as the folder's marker has it: the shop may have filled it.
 
     Args:
         folder: Where the table goes.
         table: Its file.
         filled: What it would have then.
-        is_planned: Whether a row is as it was planned.
     """
-    try:
-        rows = read_regular(folder / table).splitlines()[1:]
-    except FileNotFoundError:
-        return
-    except OSError:
-        rows = [b"?"]
-    if not all(map(is_planned, rows)):
+    if os.path.lexists(folder / table) and table not in owners_in(folder, [table]):
         raise refusal(folder, f"{table} in it has {filled}; move it away, or")
 
 

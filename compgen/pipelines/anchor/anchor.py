@@ -271,5 +271,5 @@ def load_with_log(
     zero = [] if reference is None else [f"log.reference={toml_value(rise_reference(reference))}"]
     job = load_job(path, robot, [*given, *zero])
     if job.cell.state is not None:
-        raise InputError(f"--log {log}: a state stands in place of history and log; leave it, or [state], out")
+        raise InputError(f"--log {log}: a state stands in place of history and log; leave --log or [state] out")
     return job
