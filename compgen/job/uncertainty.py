@@ -18,7 +18,7 @@ from compgen.job.job import Cell, Job
 from compgen.job.part_frame import PartFrame
 from compgen.job.taught_frame import TakenUp, frame_rows, is_own_teaching, is_probe, open_of_frame, taken_up
 from compgen.planning.tables import TaughtTable
-from compgen.thermal.uncertainty import HeatChange
+from compgen.thermal.uncertainty import HeatChange, carried
 
 WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
 IDENTIFIED = "identified parameters"  # in the budget
@@ -149,7 +149,8 @@ def changed_cell(cell: Cell, parameters: SourceParameters, cause: DrawnCause) ->
     sources = parameters.moved(cause.parameters)
     if cause.width.any():
         sources = tuple(s.with_widths(np.exp(cause.width)) if isinstance(s, DirectionDependent) else s for s in sources)
-    return replace(cell, sources=sources, heat_change=cause.heat)
+    heat = cause.heat if cell.past is None else carried(cell.warmth, cell.past, cell.heat, cause.heat)
+    return replace(cell, sources=sources, heat_change=heat)
 
 
 class OpenLogEnd(NamedTuple):

@@ -23,6 +23,7 @@ from compgen.thermal.model import ArmHeat, ThermalModel, advance
 from compgen.thermal.node_model import NodeModel
 from compgen.thermal.schedule import History
 
+FORGOTTEN = 20.0  # time constants
 STEP = 1e-3  # relative, over which the effects of feed, rises and time constants are differenced
 
 #: lowest and highest that a factor less one may be, anything between as likely
@@ -65,6 +66,7 @@ class Past:
 
     heat: ArmHeat  # that it began with
     history: History  # since
+    feed: float  # of the program [m/s]
     passed: float = 0.0  # [s] of the program, which have run then
 
     def then(self, *duties: Duty) -> "Past":
@@ -232,3 +234,23 @@ def rise_by_model(
         return np.asarray((advance(other.rate, state, goal, time) + of_air) @ other.outputs.T)
 
     return np.asarray((rises(1.0) - rises(-1.0)) / (2 * factor))
+
+
+def added_rise(uncertainty: ThermalUncertainty, past: Past, change: HeatChange, time: Array) -> Array:
+    """All that a change adds, so long after what is past, (M,) [s] to (M, K) [K]."""
+    heat, history = past.heat, past.history
+    rise = missed_rise(uncertainty, heat, history, change, time)
+    if change.air:
+        rise = rise + change.air * rise_by_air(heat, history, time)
+    if change.changes_model:
+        rise = rise + rise_by_model(uncertainty, heat, history, past.feed, change, time)
+    return rise
+
+
+def carried(uncertainty: ThermalUncertainty, past: Past, heat: ArmHeat, change: HeatChange) -> HeatChange:
+    """A change for a flight that begins with the program, so that when ``past`` ends it has added what the past has."""
+    missing = replace(change, start=0 * change.start)
+    own = added_rise(uncertainty, Past(heat, History(), past.feed), missing, np.array([past.passed]))
+    left = added_rise(uncertainty, past, change, np.zeros(1)) - own
+    ago = past.passed / uncertainty.lag
+    return replace(change, start=np.where(ago < FORGOTTEN, left[0] * np.exp(np.minimum(ago, FORGOTTEN)), 0.0))

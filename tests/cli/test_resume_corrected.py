@@ -235,6 +235,13 @@ def test_a_bound_with_a_probability_is_asked_of_the_new_pages_too(tmp_path):
     refused(run("resume", made, "--from-page", "3", *RESUME), 1, "80 % of arms and days")
 
 
+def test_draws_of_the_rest_go_through_the_same_day_as_its_band(tmp_path):
+    """Five hours before the program, and a wait within: flown from the morning on, the draws are what the band says."""
+    made = pages_of(tmp_path, "pages", "--guaranteed", "max_um=900, share=0.8, confidence=0.8, draws=20")
+    result = run("resume", made, "--from-page", "2", *RESUME, "--json")
+    assert "band.linear" not in {finding["code"] for finding in json.loads(result.stdout)["findings"]}
+
+
 def test_registers_frames_and_many_starts_are_taken_from_what_made_the_pages(tmp_path):
     table = tmp_path / "registers.toml"
     table.write_text("[pr.5]\nx_mm = 10\ny_mm = 0\nz_mm = 20\nw_deg = 0\np_deg = 0\nr_deg = 0\n")

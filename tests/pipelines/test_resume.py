@@ -108,6 +108,15 @@ def test_the_band_of_a_page_that_nothing_held_up_is_that_of_its_job(tmp_path, da
         assert_allclose(resumed.band.radius[of_page], corrected.band.radius[of_job], rtol=0.05)
 
 
+def test_a_bound_with_a_probability_is_asked_of_the_new_pages(tmp_path):
+    """No arm keeps 1 um of a file that knows 36: it was asked of the whole job alone. The draws are what the band is."""
+    folder = write(tmp_path / "job", "bounds.guaranteed={max_um=1, share=0.8, confidence=0.8}")
+    resumed = later(folder, 5, 3600.0)
+    assert not resumed.inside
+    assert [f.level for f in resumed.findings if f.code == "bounds.guaranteed.max_um"] == ["outside"]
+    assert "band.linear" not in {f.code for f in resumed.findings}
+
+
 def test_the_old_pages_are_flown_through_the_wait(made):
     """What they would have left: the undivided old text on the twin after the same wait."""
     resumed = later(made, 1, 2400.0)

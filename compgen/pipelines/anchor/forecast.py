@@ -27,7 +27,7 @@ from compgen.thermal.filled_rises import HEIGHT
 from compgen.thermal.log_prior import EACH
 from compgen.thermal.schedule import History
 from compgen.thermal.state_from_log import TemperatureLog, fit_log
-from compgen.thermal.uncertainty import Past, missed_rise, rise_by_air, rise_by_model
+from compgen.thermal.uncertainty import Past, added_rise
 
 AFTER = 10 * MINUTE  # that touches may end after a log's last reading
 AROUND = 1 * HOUR  # of the end of [[before]] that touches may be away
@@ -44,7 +44,6 @@ class Forecast:
     state: Array  # (S,)
     rise: Array  # (K,) [K]
     touch_rise: Array  # (N, K) [K] at each touch
-    is_logged: bool  # by a log, not by a history
     own: Array  # (K,) [K] standard deviation of what each node has by itself
     past: Past  # that led there, for what quantities add
 
@@ -53,14 +52,9 @@ class Forecast:
         """Rise of the air then [K]."""
         return float(self.history.air.at(np.zeros(1))[0])
 
-    def added_rise(self, quantity: Quantity, feed: float) -> Array:
+    def added_rise(self, quantity: Quantity) -> Array:
         """What one unit of a quantity adds to the rises, (K,) [K]."""
-        heat, history, change, now = self.past.heat, self.past.history, quantity.cause.heat, np.zeros(1)
-        rise = missed_rise(self.cell.warmth, heat, history, change, now)[0]
-        rise = rise + change.air * rise_by_air(heat, history, now)[0]
-        if change.changes_model and not self.is_logged:
-            rise = rise + rise_by_model(self.cell.warmth, heat, history, feed, change, now)[0]
-        return np.asarray(rise)
+        return np.asarray(added_rise(self.cell.warmth, self.past, quantity.cause.heat, np.zeros(1))[0])
 
 
 def forecast_now(job: Job, touches: Touches) -> Forecast:
@@ -119,9 +113,8 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
         state=state,
         rise=np.asarray(heat.outputs @ state),
         touch_rise=rise,
-        is_logged=True,
         own=own,
-        past=Past(heat.starting(state), History(air=air)),
+        past=Past(heat.starting(state), History(air=air), job.feed),
     )
 
 
@@ -151,7 +144,6 @@ def _by_history(job: Job, touches: Touches) -> Forecast:
         state=state,
         rise=np.asarray(heat.outputs @ state),
         touch_rise=rise,
-        is_logged=False,
         own=np.zeros(len(heat.names)),
-        past=Past(heat, replace(history, before=until)),
+        past=Past(heat, replace(history, before=until), job.feed),
     )

@@ -69,7 +69,7 @@ def anchor_findings(anchored: Anchored) -> Iterator[Finding]:
         from_it = f"the touches are {np.sqrt(chi2 / R):.1f} times as far from the forecast as expected"
         yield Finding.of(Code.ANCHOR_PHYSICS, f"physics is missing: {from_it}{why}")
     yield from _touch_findings(anchored)
-    if not anchored.forecast.is_logged and not anchored.job.history.before and anchored.job.cell.state is None:
+    if anchored.job.log is None and not anchored.job.history.before and anchored.job.cell.state is None:
         yield Finding.of(Code.ANCHOR_COLD, "neither [[before]] nor a log: the forecast is a cold robot")
     yield from anchored.job.input_findings
 

@@ -127,7 +127,7 @@ def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, miss
     others = [q for q in known.quantities if q not in [*growth, *thermal]]
     named = _named(cell, parameters, of_state.union(*(moves[id(q)] for q in growth)) - set(base))
     rows = (*base, *(row for row, _ in named.values()))
-    other_rise = np.array([forecast.added_rise(q, job.feed) for q in others]).reshape(-1, len(forecast.rise))
+    other_rise = np.array([forecast.added_rise(q) for q in others]).reshape(-1, len(forecast.rise))
     return Unknowns(
         parameters=parameters,
         rows=rows,
@@ -183,7 +183,7 @@ def _prior(
 
     def known_to(quantities: Sequence[Quantity]) -> Array:
         columns = [
-            np.hypot(q.deviation, q.mean) * np.append(forecast.added_rise(q, job.feed), q.cause.parameters[list(rows)])
+            np.hypot(q.deviation, q.mean) * np.append(forecast.added_rise(q), q.cause.parameters[list(rows)])
             for q in quantities
         ]
         F = np.array(columns).reshape(-1, X)

@@ -138,7 +138,7 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
     after = states_at(job.heat, state, motion, at, air, clock)[0]
     day, way = replace(job.history, before=job.duties_before()), whole.joint_motion.between(0).time
     pages = [(float(way[int(entry["first_waypoint"])]), entry) for entry in earlier]
-    past = past_until(float(way[first]), pages, Past(job.cell.heat, day), job.feed)
+    past = past_until(float(way[first]), pages, Past(job.cell.heat, day, job.feed))
     return PromptStart(
         cell=cell,
         plain=partial(unmoved, job),
@@ -155,24 +155,23 @@ def known_state(whole: Planned, resumed: list[dict[str, Any]], page: int, first:
     )
 
 
-def past_until(time: float, pages: Sequence[tuple[float, Mapping[str, Any]]], past: Past, feed: float) -> Past:
+def past_until(time: float, pages: Sequence[tuple[float, Mapping[str, Any]]], past: Past) -> Past:
     """What led to where a page begins.
 
     Args:
         time: When, of the program [s].
         pages: When each page that was written anew before it begins [s], and its record.
         past: Until the program began.
-        feed: Of the program [m/s].
     """
     ran, standing = 0.0, past.history.standing
     for at, entry in pages:
-        past, ran = past.then(Duty("moving", feed, at - ran)), at
+        past, ran = past.then(Duty("moving", past.feed, at - ran)), at
         if "late_s" in entry:
             past = past.then(replace(standing, duration=float(entry["late_s"])))
         else:  # its warmth was found
             state = np.array(entry.get("state", np.zeros(len(past.heat.rate))))
-            past = Past(past.heat.starting(state), replace(past.history, before=()))
-    return past.then(Duty("moving", feed, time - ran))
+            past = replace(past, heat=past.heat.starting(state), history=replace(past.history, before=()))
+    return past.then(Duty("moving", past.feed, time - ran))
 
 
 def unmoved(job: Job) -> Cell:
@@ -295,7 +294,7 @@ def begin_with_state(known: PromptStart, file: str, age: float, late: float | No
     return Begun(
         cell=cell,
         state=state_after(cell.heat, standing, cell.heat.start, air, begin),
-        past=Past(cell.heat, History(before=tuple(standing), air=air)),
+        past=Past(cell.heat, History(before=tuple(standing), air=air), known.past.feed),
         clock=clock,
         why=f"state {state.digest[:8]} says so {state.origin(since)}",
         cause={

@@ -39,11 +39,9 @@ from compgen.thermal.ambient import still_air
 from compgen.thermal.model import with_losses
 from compgen.thermal.schedule import STANDING, History
 from compgen.thermal.tables.schema import AmbientTable
-from compgen.thermal.uncertainty import Past
+from compgen.thermal.uncertainty import FORGOTTEN, Past
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
-
-FORGOTTEN = 20.0  # time constants
 
 Earlier = Sequence[Mapping[str, Any]]  # what was replaced before, as the manifest has it
 
@@ -105,7 +103,7 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     reached = first.plan.drive.reached[stations[:from_page]]
     known = _known_at(reached, as_written, job, first.plan.drive.joint_motion(), earlier)
     begun = begin(known)
-    known_since = begun.past or Past(begun.cell.heat.starting(begun.state), History())
+    known_since = begun.past or Past(begun.cell.heat.starting(begun.state), History(), known.past.feed)
     past = replace(known_since, passed=float(known.motion().time[reached[-1]]))
     air, heat = old.options.air if begun.air is None else begun.air, begun.cell.heat
     passed = heat.rate * past.passed
@@ -193,14 +191,14 @@ def _known_at(
     zero = usual if options.reference == usual.reference_degC else AmbientTable(reference_degC=options.reference)
     (standing,) = with_losses(heat, [STANDING], motion)
     way = motion.time[reached].tolist()
-    day = Past(job.cell.heat, History(before=job.before, air=still_air(job.options.air)))
+    day = Past(job.cell.heat, History(before=job.before, air=still_air(job.options.air)), motion.mean_feed)
     pages = [(way[int(entry["from_page"]) - 1], entry) for entry in earlier]
     return PromptStart(
         cell=written.cell,
         plain=lambda: job.plain,
         heat=heat,
         state=states_at(heat, start, motion, reached[-1:], air)[0],
-        past=past_until(way[-1], pages, day, motion.mean_feed),
+        past=past_until(way[-1], pages, day),
         clock=0.0,
         air=air,
         standing=standing,

@@ -43,6 +43,7 @@ from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_e
 from compgen.pipelines.resume.result import Join, PageResult, Resumed, Size, page_results, size_of
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.pipelines.uncertainty.band_columns import band_along
+from compgen.pipelines.uncertainty.draws import fly_program_draws
 from compgen.planning.retiming.trajectory import Trajectory
 from compgen.program.digits import as_written
 from compgen.program.pages import excerpt, gap_between, join_programs
@@ -106,6 +107,8 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
     prepared = prepared_rest(job, text, lead)
     deviation = deviation_of(path, prepared, partial(progress, stages.TWIN_AFTER))
     join = _join(planned, page.name, gap, lead, deviation) if lead is not None else None
+    driven = planned.driven(solution.theta, problem.direction_state)
+    draws = fly_program_draws(driven, prepared, deviation, 0.0, partial(progress, stages.DRAWS))
     resumed = Resumed(
         written=written,
         from_page=from_page,
@@ -116,13 +119,14 @@ def resume(  # noqa: PLR0913  what a user may say of a job in pages
         files=pages,
         starts=starts,
         deviation=deviation,
-        band=band_along(planned.driven(solution.theta, problem.direction_state)),
+        band=band_along(driven),
         pages=judged_pages(written, from_page, planned, pages, deviation, prepared),
         join=join,
         findings=(),
     )
     findings = (
         *judge(deviation, job.bounds),
+        *(draws.findings() if draws is not None else ()),
         *_join_findings(join, written, whole),
         *job_findings.of_knowledge(job),
         *limited,

@@ -26,14 +26,12 @@ from compgen.pipelines.study.live_day import SliderValues, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
 from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, scatter_along, taken_at
 from compgen.thermal import NodeModel
-from compgen.thermal.schedule import History
 from compgen.thermal.uncertainty import (
     STEP,
     DisturbedHeat,
     HeatChange,
-    missed_rise,
-    rise_by_air,
-    rise_by_model,
+    Past,
+    added_rise,
     steady_miss,
 )
 from compgen.verification.band import Band, Columns, band_of
@@ -180,8 +178,8 @@ def _build_up(job: Job, live: Live) -> Array:
 
 def band_at(live: Live, band: LiveBand, setting: SliderValues) -> Band:
     """The band with the sliders at a setting."""
-    history, factor = history_at(live.day, setting), expansion_factor(live, setting)
-    r = rises_left(live.day.cell.heat, history, band.time) + band.program
+    cell, history, factor = live.day.cell, history_at(live.day, setting), expansion_factor(live, setting)
+    r, past = rises_left(cell.heat, history, band.time) + band.program, Past(cell.heat, history, band.feed)
     B, N, named = band.slope + factor * band.growth, len(band.time), []
     columns = np.zeros((N, 3, len(band.quantities)))
     for k, live_quantity in enumerate(band.quantities):
@@ -191,7 +189,7 @@ def band_at(live: Live, band: LiveBand, setting: SliderValues) -> Band:
             grown = factor if live_quantity.expands else 1.0
             columns[:, :, k] += grown * np.einsum("nik,nk->ni", live_quantity.by_rise, r)
         if live_quantity.has_heat:
-            columns[:, :, k] += np.einsum("nik,nk->ni", B, _heat_of(live, band, history, q.cause.heat))
+            columns[:, :, k] += np.einsum("nik,nk->ni", B, added_rise(cell.warmth, past, q.cause.heat, band.time))
         if live_quantity.absolute is not None:
             low, high = (limit / (live.cte * factor) - 1 for limit in live_quantity.absolute)
             q = replace(q, limits=(low, high))
@@ -206,13 +204,3 @@ def band_at(live: Live, band: LiveBand, setting: SliderValues) -> Band:
         hidden=np.zeros(N),
     )
     return band_of([of_samples], np.arange(N), band.on_part, band.scale)
-
-
-def _heat_of(live: Live, band: LiveBand, history: History, change: HeatChange) -> Array:
-    """h of a quantity, (N, K) [K]."""
-    heat, warmth = live.day.cell.heat, live.day.cell.warmth
-    rise = missed_rise(warmth, heat, history, change, band.time)
-    rise = rise + change.air * rise_by_air(heat, history, band.time)
-    if not change.changes_model:
-        return np.asarray(rise)
-    return np.asarray(rise + rise_by_model(warmth, heat, history, band.feed, change, band.time))

@@ -20,7 +20,7 @@ from compgen.job.start_window import PromptMotion, late_rise
 from compgen.job.uncertainty import JobUncertainty, is_identified, open_log_end, quantities_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal.schedule import History
-from compgen.thermal.uncertainty import HeatChange, Past, missed_rise, rise_by_air, rise_by_model
+from compgen.thermal.uncertainty import HeatChange, Past, added_rise
 from compgen.verification.band import Band, Columns, band_of, field_correlation, parted_by_teaching
 
 ROWS = 8192  # waypoints at which a band is evaluated, at a time; all of a program of so many
@@ -174,17 +174,12 @@ def columns_at(
     slopes = build_slopes(cell.robot, parameters, which, len(cell.heat.names), places.tool)
     A, B, D = slopes(places.theta, places.rise, places.motion)
     column = A @ changes[:, which].T
-    past = cell.past or Past(cell.heat, history)
-    of_past, time = (past.heat, past.history), np.maximum(places.time - past.passed, 0.0)
-    of_air = rise_by_air(*of_past, time)
+    past = cell.past or Past(cell.heat, history, feed)
+    time = np.maximum(places.time - past.passed, 0.0)
     for k, quantity in enumerate(quantities):
         heat, delay, width = quantity.cause.heat, quantity.cause.delay, quantity.cause.width
-        if heat.rise.any() or heat.start.any() or heat.air:
-            warmer = missed_rise(cell.warmth, *of_past, heat, time) + heat.air * of_air
-            column[:, :, k] += np.einsum("mik,mk->mi", B, warmer)
-        if heat.changes_model:
-            warmer = rise_by_model(cell.warmth, *of_past, feed, heat, time)
-            column[:, :, k] += np.einsum("mik,mk->mi", B, warmer)
+        if heat.rise.any() or heat.start.any() or heat.air or heat.changes_model:
+            column[:, :, k] += np.einsum("mik,mk->mi", B, added_rise(cell.warmth, past, heat, time))
         if delay and by_delay is not None:
             column[:, :, k] += np.einsum("mik,mk->mi", B, delay * by_delay)
         if width.any() and places.turned is not None:
@@ -235,7 +230,7 @@ def _hidden(cell: Cell, past: Past, time: Array, B: Array) -> Array:
     """Most that a temperature sensor may move the tool and not be contradicted, (M,) [m]."""
     most, none = np.zeros(len(time)), HeatChange.none(len(cell.heat.names))
     for start in open_log_end(cell).hidden:
-        rise = missed_rise(cell.warmth, past.heat, past.history, replace(none, start=start), time)
+        rise = added_rise(cell.warmth, past, replace(none, start=start), time)
         most = np.maximum(most, row_norms(np.einsum("mik,mk->mi", B, rise)))
     return most
 
