@@ -113,7 +113,7 @@ ARC_LETTERS = ("A", "S")  # a curve through several motions
 POSITION = any_case(r"(?<![A-Za-z_$])P\[\s*(\d*)")  # n of P[n]; empty for one that is found at run time
 INDIRECT_POSITION = any_case(r"(?<![A-Za-z])P\[\s*R\[[^\]]*\]\s*\](\s*=)?")  # P[R[n]], and whether it is written
 POSITION_WRITTEN = re.compile(r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=")
-POSITION_BEFORE_EQUALS = any_case(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=")  # written, a component of it too
+POSITION_BEFORE_EQUALS = any_case(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>\s]*\s*=")  # written, a component of it too
 #: Kind, and number: n of UFRAME[n]; of the system variable $MNUFRAME[group,n] too, or a component of it.
 FRAME_WRITTEN = any_case(r"(?:\bU|\$MNU)(FRAME|TOOL)\s*\[\s*(?:\d+\s*,)?((?:[^\[\]]|\[[^\]]*\])*)\](?:\.\$?\w+)*\s*=")
 REGISTER = any_case(r"(?<![A-Z_$])(P?R)\[\s*(\d*)")

@@ -236,6 +236,13 @@ def test_what_belongs_together_stays_on_one_page(inside):
     assert check_join(program, paged.main, pages_of(paged)) == len(program.motions.line)
 
 
+@pytest.mark.parametrize("written", ["P[8]=LPOS", "P[8,3]=R[2]", "IF DI[1],P[8:a b] =LPOS"])
+def test_no_page_starts_at_a_position_that_is_written_at_run_time(written):
+    body = [move(1), f"  {written} ", move(2), move(8), move(3), move(4, False)]
+    may = read_flow(ls.loads(text(body))).may_split_after
+    assert may.tolist() == [True, False, False, False, True, False]
+
+
 def test_an_arc_of_a_motions_is_not_cut():
     body = [move(1), move(2, letter="A"), move(3, letter="A"), move(4, letter="A"), move(5), move(6)]
     may = read_flow(ls.loads(text(body))).may_split_after

@@ -202,12 +202,12 @@ def _arcs(program: LsProgram, motion: IntArray) -> Iterator[tuple[int, int]]:
 
 
 def _written(texts: dict[int, str], unit: IntArray, mention: IntArray) -> Iterator[tuple[int, int]]:
-    """All mentions of a position that is written at run time: another program would have its own."""
+    """All mentions of a position that is written at run time: another program has its own, to start from too."""
     for text in texts.values():
         if match := POSITION_BEFORE_EQUALS.search(text):
             number = int(match.group(1)) if match.group(1) else NO_NUMBER
             same = unit if number == NO_NUMBER else unit[(mention == number) | (mention == NO_NUMBER)]
-            yield int(same.min()), int(same.max())
+            yield int(same.min()), int(same.max()) + 1
 
 
 def _depth(intervals: list[tuple[int, int]], count: int) -> IntArray:
