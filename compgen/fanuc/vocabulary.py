@@ -117,7 +117,7 @@ POSITION_BEFORE_EQUALS = any_case(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>\s]*\
 #: Kind, and number: n of UFRAME[n]; of the system variable $MNUFRAME[group,n] too, or a component of it.
 FRAME_WRITTEN = any_case(r"(?:\bU|\$MNU)(FRAME|TOOL)\s*\[\s*(?:\d+\s*,)?((?:[^\[\]]|\[[^\]]*\])*)\](?:\.\$?\w+)*\s*=")
 REGISTER = any_case(r"(?<![A-Z_$])(P?R)\[\s*(\d*)")
-REGISTER_WRITTEN = any_case(r"(?<![A-Z_$])(P?R)\[\s*(\d*)[^=<>]*=")
+REGISTER_WRITTEN = any_case(r"(?<![A-Z_$])(P?R)\[\s*(\d*)(?=[^\]]*\][^=<>\s]*\s*=)")  # or compared
 POSITION_REGISTER = any_case(r"(?<![A-Z_$])PR\[\s*(\d*)")  # n of PR[n]; empty for one that is found at run time
 POSITION_REGISTER_SET = any_case(r"(?<![A-Z_$])PR\[[^\]=]*\]\s*=")
 NUMBER_REGISTER_SET = any_case(r"(?<![A-Z])R\[[^\]]*\]\s*=")

@@ -306,6 +306,11 @@ def test_point_logic_goes_with_its_motion():
         (["  IF DI[1],OFFSET CONDITION PR[1] ", *[move(2)] * 9], "a condition in force"),
         (["  OFFSET CONDITION PR[1] ", "  PR[1]=LPOS ", *[move(2)] * 9], "a condition in force"),
         (["  OFFSET CONDITION PR[1] ", "  CALL OTHER ", *[move(2)] * 9], "a condition in force"),
+        (["  OFFSET CONDITION PR[1] ", "  IF (R[1]=3),PR[1]=PR[4] ", *[move(2)] * 9], "a condition in force"),
+        (
+            ["  OFFSET CONDITION PR[1] ", move(1, rest=" Skip,LBL[1],PR[1]=LPOS"), "  LBL[1] ", *[move(2)] * 8],
+            "in force",
+        ),
     ],
 )
 def test_what_cannot_be_split_is_refused_with_its_line(body, message):
@@ -351,6 +356,12 @@ def test_what_is_in_force_is_repeated_and_only_that():
         (["  IF DI[1] THEN ", "  UFRAME_NUM=1 ", "  ENDIF ", move(1), move(2)], "line 10 sets it on a condition"),
         (["  UFRAME_NUM=R[1] ", "  R[1]=5 ", move(1), move(2), move(3)], "line 10 may change the register"),
         (["  UFRAME_NUM=2 ", move(1), move(2), move(3)], "line 10 goes to a position in another frame"),
+        (["  UFRAME_NUM=1 ", move(1, rest=" TB .10sec,CALL GRIP"), move(2), move(3)], "UM: line 10 calls a program"),
+        (["  UFRAME_NUM=1 ", "  GRIP_OPEN ", move(1), move(2), move(3)], "line 10 calls a program"),
+        (["  UFRAME_NUM=1 ", "  PAYLOAD[2] ", "  Hand 1 Close ", move(1), move(2)], "PAYLOAD: line 11 calls a program"),
+        (["  UFRAME_NUM=R[5] ", "  IF (R[1]=3),R[5]=(2) ", move(1), move(2)], "line 10 may change the register"),
+        (["  UFRAME_NUM=R[5] ", "  IF R[1]=R[2],R[5]=2 ", move(1), move(2)], "line 10 may change the register"),
+        (["  UFRAME_NUM=1 ", "  UFRAME_NUM[GP1]=R[2] ", "  R[2]=5 ", move(1)], "line 11 may change the register"),
     ],
 )
 def test_a_frame_that_is_not_sure_is_left_to_the_page_before(body, why):
@@ -363,7 +374,8 @@ def test_a_frame_that_is_not_sure_is_left_to_the_page_before(body, why):
 
 
 def test_a_frame_from_a_register_nobody_changes_is_repeated():
-    _, paged = split_text(["  UFRAME_NUM=R[1] ", "  R[2]=5 ", *[move(n) for n in (1, 2, 3, 4)]], lines=6)
+    body = ["  UFRAME_NUM=R[1] ", "  R[2]=5 ", "  SOFTFLOAT[1] ", move(1, rest=" ACC R[1] TB .10sec,DO[1]=ON")]
+    _, paged = split_text([*body, move(2), move(3), move(4)], lines=7)
     assert bodies(paged.pages[1])[1] == "UFRAME_NUM=R[1]"
 
 

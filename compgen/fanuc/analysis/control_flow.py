@@ -48,6 +48,7 @@ class Flow:
     locked: BoolArray  # (S,) what belongs together lies on both sides of its end
     unconditional: BoolArray  # (S,) it runs once, whatever happens at run time
     text: dict[int, str]  # of units that are no motion, and no remark
+    options: dict[int, str]  # of motions that have any, with the listing of point logic
     mention_unit: IntArray  # (U,) a unit that names a position
     mention: IntArray  # (U,) and the position's number, NO_NUMBER for one that is found at run time
 
@@ -94,6 +95,7 @@ def read_flow(program: LsProgram) -> Flow:
         locked=(depth + _depth(ties, S)) > 0,
         unconditional=np.asarray(_depth([(a, min(b + 1, S)) for a, b in branches], S) == 0),
         text=text,
+        options=options,
         mention_unit=mention_unit,
         mention=mention,
     )

@@ -15,7 +15,18 @@ from compgen.fanuc.analysis.control_flow import Flow
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.listing.positions import position_rows
-from compgen.fanuc.vocabulary import ASSIGNED_NUMBER, CALL, MODAL_STATEMENTS, REGISTER, REGISTER_WRITTEN, ModalStatement
+from compgen.fanuc.vocabulary import (
+    ASSIGNED_NUMBER,
+    CALL,
+    MODAL_STATEMENTS,
+    MOVERS,
+    REGISTER,
+    REGISTER_WRITTEN,
+    ModalStatement,
+    is_unknown,
+)
+
+_NO_NAME = re.compile(r"[\s=]|\[$|(?<=_NUM)\[(?:GP)?1\]", re.IGNORECASE)  # blanks, the value, group 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +58,13 @@ def read_modal_state(program: LsProgram, flow: Flow) -> ModalState:
     """The settings of a program."""
     S = len(flow.line)
     statements: list[tuple[ModalStatement, str, int]] = []  # kind, which of it, unit
-    calls: list[int] = []
-    written: list[tuple[str, str, int]] = []  # registers: kind, number, unit
     for s, text in flow.text.items():
         matches = [(statement, statement.pattern.search(text)) for statement in MODAL_STATEMENTS]
-        statements += [(kind, re.sub(r"[\s=]", "", match.group()).upper(), s) for kind, match in matches if match]
-        if CALL.search(text):
-            calls.append(s)
-        if register := REGISTER_WRITTEN.search(text):
-            written.append((register.group(1).upper(), register.group(2), s))
+        statements += [(kind, _NO_NAME.sub("", match.group()).upper(), s) for kind, match in matches if match]
+    calls = [s for s, text in flow.text.items() if is_unknown(text) and not MOVERS.match(text)]
+    texts = {**flow.text, **flow.options}.items()
+    calls = sorted([*calls, *(s for s, text in texts if CALL.search(text))])
+    written = [(kind.upper(), number, s) for s, text in texts for kind, number in REGISTER_WRITTEN.findall(text)]
     frames = _frames_of_motions(program, flow)
     settings = []
     forbidden = np.zeros(S, dtype=bool)
