@@ -483,8 +483,9 @@ def test_no_name_left_is_refused():
 
 
 def test_names_of_called_programs_are_taken():
-    _, paged = split_text([move(1), "  CALL LONG_01 ", move(2), move(3), move(4)], lines=4)
-    assert not {"LONG_01", "LONG"} & {p.name for p in paged.pages}
+    body = [move(1), "  CALL LONG_01 ", move(2), move(3), move(4, rest=" TB .10sec,CALL LON_01")]
+    _, paged = split_text(body, lines=4)
+    assert not {"LONG_01", "LON_01", "LONG"} & {p.name for p in paged.pages}
 
 
 def test_no_load_is_a_byte_beyond_the_memory_and_none_begins_early():

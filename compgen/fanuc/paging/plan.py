@@ -69,7 +69,7 @@ def plan_pages(
     _refuse_palletizing(program, flow)
     settings = read_modal_state(program, flow)
     sizes = unit_sizes(program, flow)
-    called = [name for text in flow.text.values() for name in CALL.findall(text)]
+    called = [name for text in [*flow.text.values(), *flow.options.values()] for name in CALL.findall(text)]
 
     def ranges_within(page_capacity: Capacity) -> tuple[list[PageRange], list[float]]:
         return _page_ranges(program, flow, settings, sizes, page_capacity, head_lines)
