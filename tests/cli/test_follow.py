@@ -92,6 +92,22 @@ def test_the_next_page_is_written_when_its_forecast_leaves_the_bound(job, tmp_pa
     assert contents(job) == after
 
 
+def test_a_log_is_read_as_the_path_file_says_of_its_columns(tmp_path):
+    """The logger calls two sensors by each other's names; the same readings in compgen's columns say what is true."""
+    plain = log(tmp_path, 2400)
+    head, rows = plain.read_text().split("\n", 1)
+    swapped = tmp_path / "swapped.csv"
+    swapped.write_text(head.replace("time_s", "Time [s]").replace("3_degC,part_4", "4_degC,part_3") + "\n" + rows)
+    columns = 'log.columns={ part_3 = "part_4_degC", part_4 = "part_3_degC" }'
+    table = ("--set", f"log.file={swapped}", "--set", columns)
+    made = run("generate", "paths/optic_raster.toml", *SMALL, *table, "-q", "-o", tmp_path / "out")
+    assert made.returncode == 0, made.stderr
+    given = ("--pages", pages_file(tmp_path), "--within-um", "500")
+    results = [look(tmp_path / "out", "--log", file, *given) for file in (plain, swapped)]
+    assert [result.returncode for result, _ in results] == [0, 0], results[1][0].stderr
+    assert results[0][1] == results[1][1]
+
+
 def test_pages_that_no_correction_brings_into_the_bound_are_told(job, tmp_path):
     """*written anew* was said of pages in which no byte changed, and exit 0 of 0.9 um where 0.4 may be."""
     given = ("--log", log(tmp_path, 2400), "--pages", pages_file(tmp_path), "--within-um", "0.4", *ONCE)

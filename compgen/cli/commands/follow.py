@@ -299,7 +299,7 @@ def _read(job: FollowedJob, watch: Watch, limits: Limits) -> "tuple[PageTimes | 
             times = read_page_times(watch.pages, job.run.spans, limits.planned)
         cell = job.run.cell
         if watch.once or Path(watch.log).exists():
-            return times, read_growing_log(watch.log, cell.heat.names, cell.sensors)
+            return times, read_growing_log(watch.log, cell.heat.names, cell.sensors, job.run.zero.dialect)
     except InputError as failure:  # whoever writes the files may be in the middle of it
         if watch.once:
             raise

@@ -8,6 +8,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, owns, row_norms
 from compgen.core.pose import Pose
+from compgen.core.recorded.layout import PLAIN, DialectTable
 from compgen.core.stages import Progress
 from compgen.core.units import MINUTE
 from compgen.job.job import Cell
@@ -30,11 +31,12 @@ from compgen.thermal.temperature_log import Reference
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LogZero:
-    """What the readings of a log count from."""
+    """What the readings of a log count from, and what the path file says of its form."""
 
     reference: Reference
     window: float  # [s] of its beginning, where that is what they count from
     degC: float  # at which the robot was calibrated
+    dialect: DialectTable = PLAIN  # how it is written
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -136,7 +138,9 @@ def planned_run(written: WrittenJob, whole: Planned) -> PlannedRun:
         history=job.history,
         clock=job.clock,
         start=job.state(),
-        zero=LogZero(reference=reference, window=window, degC=tables.ambient.reference_degC),
+        zero=LogZero(
+            reference=reference, window=window, degC=tables.ambient.reference_degC, dialect=tables.log or PLAIN
+        ),
         motion=whole.joint_motion,
         edges=(*(page.first for page in written.pages), written.pages[-1].last),
         places=np.arange(len(whole.theta)),
