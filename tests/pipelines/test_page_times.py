@@ -53,6 +53,16 @@ def test_rows_of_the_page_that_runs_do_not_begin_it_anew(tmp_path):
     assert times.stretches(140) == [(0, 5, 0, 0), (5, 65, 1, 0), (65, 105, 1, 60), (105, 120, 0, 0), (120, 140, 0, 0)]
 
 
+def test_a_page_that_was_held_goes_on(tmp_path):
+    """40 s and 20 s of its 100 had run before the stands; the last 40 s end at 170 s."""
+    file = tmp_path / "pages.csv"
+    file.write_text("time_s,page,loaded\n5,1,\n45,0,\n60,0,2\n100,1,\n120,0,\n130,1,\n300,2,\n320,0,\n330,3,\n")
+    times = read_page_times(file, SPANS, 0.0)
+    assert [times.running(t) for t in (110, 125, 150, 171)] == [(1, 50), (0, 0), (1, 80), (0, 0)]
+    assert times.stretches(200)[-4:] == [(100, 120, 1, 40), (120, 130, 0, 0), (130, 170, 1, 60), (170, 200, 0, 0)]
+    assert times.running(335) == (3, 5)  # another page begins at its beginning
+
+
 def test_a_page_that_somebody_says_has_begun_is_loaded_wherever_the_log_ends(tmp_path):
     """A logger that stopped at 90 s: pages 1 and 2 run by its clock, and page 3 was written anew while it ran."""
     file = tmp_path / "pages.csv"

@@ -1,8 +1,9 @@
 """Which page runs when, on the log's clock: as somebody wrote it down, or one after the other from the first start on.
 
 A file of starts has a row whenever a page begins: ``time_s``, ``page`` (0: the robot stands) and, where it is known,
-``loaded``, the last page that the controller has. A row of the page that runs already says that it still runs. A page
-that is not followed by a row ends when its motion does; then the robot stands, servo on.
+``loaded``, the last page that the controller has. A row of the page that runs already says that it still runs, one
+behind a stand in its middle that it goes on. A page that is not followed by a row ends when its motion does; then the
+robot stands, servo on.
 """
 
 from collections.abc import Sequence
@@ -114,7 +115,7 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
     time, page = table.numbers("time_s"), table.numbers("page")
     loaded = table.numbers("loaded", gaps=True) if table.has("loaded") else np.zeros(len(time))
     starts: list[PageMoment] = []
-    latest = 0
+    latest, ran = 0, 0.0
     for row, (t, p, have) in enumerate(zip(time.tolist(), page.tolist(), np.nan_to_num(loaded).tolist(), strict=True)):
         for column, value in (("page", p), ("loaded", have)):
             if value != int(value) or not 0 <= value <= len(duration):
@@ -123,13 +124,15 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
             raise InputError(f"{table.location(row, 'time_s')}: {t:g} after {starts[-1].time:g}: time must rise")
         if p and p < latest:
             raise InputError(f"{table.location(row, 'page')}: {p:g}: a later page has begun already; mend the row")
-        latest = max(latest, int(p))
+        begun, latest = latest, max(latest, int(p))
         is_same = bool(starts) and p == starts[-1].page
         if is_same and have <= starts[-1].loaded:
             continue  # it still stands, or runs
         if len(starts) == MOST_STARTS:
             raise InputError(f"{table.location(row)}: over {MOST_STARTS} starts; give a row when a page begins")
-        into = starts[-1].into + t - starts[-1].time if is_same else 0.0
-        starts.append(PageMoment(t, int(p), int(have), into))
+        if starts and starts[-1].page:
+            ran = starts[-1].into + t - starts[-1].time
+        goes_on = p == begun > 0 and (is_same or ran < duration[begun - 1])
+        starts.append(PageMoment(t, int(p), int(have), ran if goes_on else 0.0))
     last_reported = max((max(s.page, s.loaded) for s in starts), default=0)
     return PageTimes(tuple(starts), tuple(duration), planned, last_reported)
