@@ -12,7 +12,7 @@ import pytest
 import states
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import chi2
-from shipped import path_file, quiet
+from shipped import ROOT, path_file, quiet
 
 from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
@@ -452,6 +452,19 @@ def test_a_job_that_it_did_not_write_is_refused(copy, spoil, word):
         later(copy, 3, 600.0)
     assert len(str(refusal.value)) <= 400
     assert "\n" not in str(refusal.value)
+
+
+def test_a_robot_file_found_by_chance_is_passed_over(made, tmp_path, monkeypatch):
+    """Where the command runs lies another project's robot of the same name; the pages' own lies above them."""
+    folder = shutil.copytree(made, tmp_path / "own" / "outputs")
+    own = (ROOT / "robots" / "m710ic50.toml").read_text()
+    for project, text in (("own", own), ("other", own.replace("cte_um_m_K = 11.25", "cte_um_m_K = 11.5", 1))):
+        (tmp_path / project / "robots").mkdir(parents=True)
+        (tmp_path / project / "robots" / "mine.toml").write_text(text)
+    written = read_written_job(folder)
+    rewrite(folder, job={**written.record["job"], "robot_file": "robots/mine.toml"})
+    monkeypatch.chdir(tmp_path / "other")
+    assert job_of_pages(read_written_job(folder)).cell.robot_file == str(tmp_path / "own" / "robots" / "mine.toml")
 
 
 def edit(folder, value, *keys):

@@ -6,6 +6,7 @@ Its manifest is read again as ``resume`` and ``follow`` rely on it: by its check
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -163,7 +164,7 @@ def job_of_pages(written: WrittenJob, path_file: str | None = None, robot: str |
     """
     made = written.record["job"]
     names = [path_file] if path_file is not None else _places(written, str(made["path_file"]))
-    robots = [robot] if robot is not None else _places(written, str(made["robot_file"]))
+    robots: list[str | None] = [robot] if robot is not None else [*_places(written, str(made["robot_file"]))]
     if not names:
         raise InputError(
             f"{written.folder}: its path file {made['path_file']} is not there; run cgen where it can be seen, or "
@@ -174,8 +175,8 @@ def job_of_pages(written: WrittenJob, path_file: str | None = None, robot: str |
         raise InputError(
             f"{path_file}: {written.folder} has the pages of {made['path_file']}, another than this; name that"
         )
-    for name in names:
-        job = load_job(name, robots[0] if robots else None, [str(o) for o in made.get("overrides", [])])
+    for name, robot_file in product(names, robots or [None]):
+        job = load_job(name, robot_file, [str(o) for o in made.get("overrides", [])])
         if job.inputs_hash == wanted:
             return job
     raise InputError(
