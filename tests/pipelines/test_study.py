@@ -28,7 +28,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
-from compgen.pipelines.study import ASKS, build, questions, run, scenarios, workers
+from compgen.pipelines.study import ASKS, build, questions, run, scenarios, timeline, workers
 from compgen.pipelines.study.geometry import execute_with, part_weight, plan_geometry
 from compgen.pipelines.study.questions import answer_questions, first_above, first_below, passes, when_settled
 from compgen.pipelines.study.scenarios import Scenario
@@ -689,6 +689,22 @@ def test_contributions_are_of_the_largest_error_on_the_part_as_everything_else_s
     largest = float(ASKS["contributions"](line, 5 * UM).sentence.split("on the part, ")[1].split()[0])
     assert largest == pytest.approx(on_part, abs=0.1)
     assert anywhere > on_part + 0.2
+
+
+def test_the_play_of_the_joints_is_in_every_answer():
+    """As the twin flies the same texts, rounding and chords apart."""
+    play = "robot.sources.hysteresis={backlash_mdeg=[10,10,10,10,10,10], width_mdeg=[100,100,100,100,100,100]}"
+    changes, endless = [play, "process.feed_mm_s=100"], "before.0.duration_h=2000"
+    job = load_job(PATH, overrides=changes)
+    of_job, of_end = (
+        generate.predict(load_job(PATH, overrides=day), quiet).deviation() for day in (changes, [*changes, endless])
+    )
+    largest, final = (deviation.on_part["total"].max / UM for deviation in (of_job, of_end))
+    told = [ASKS[key](job, 5 * UM).sentence for key in ("contributions", "steady")]
+    assert float(told[0].split("on the part, ")[1].split()[0]) == pytest.approx(largest, abs=1)
+    assert float(told[1].split("of the final ")[1].split()[0]) == pytest.approx(final, abs=1)
+    assert ask_passes(*changes, passes=[PATH]) == pytest.approx(largest, abs=1)
+    assert timeline(job).error[0] == pytest.approx(of_job.extents["total"].max, abs=1 * UM)
 
 
 def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):

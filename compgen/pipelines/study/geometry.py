@@ -39,6 +39,8 @@ class Geometry:
     fraction: Array  # (M,)
     now: Array  # (M,) [s]
     theta: Array  # (M, 6) [rad] as the controller commands
+    position: Array  # (M, 3) [m] where the controller believes the tool is; no warmth moves it
+    turns: DirectionState  # which way joints and tool have turned
 
     @property
     def motion(self) -> JointMotion:
@@ -51,8 +53,8 @@ class Geometry:
 
     def at(self, some: IntArray) -> "Geometry":
         """At some of the samples only."""
-        few = {n: getattr(self, n)[some] for n in ("segment", "fraction", "now", "theta")}
-        return replace(self, **few)
+        few = {n: getattr(self, n)[some] for n in ("segment", "fraction", "now", "theta", "position")}
+        return replace(self, turns=self.turns.at(some), **few)
 
     def rises(self, job: Job) -> Array:
         """Rises at the samples with a job's warmth, (M, K) [K]: the twin's clock and heat."""
@@ -80,6 +82,7 @@ def plan_geometry(job: Job) -> Geometry:
 def executed(job: Job, path: ToolPath, prepared: PreparedProgram) -> Geometry:
     """A prepared text of a path, executed once."""
     execution = prepared.execute()
+    position = (flange_pose(job.robot, execution.theta) @ job.tool.pose).position
     return Geometry(
         job=job,
         path=path,
@@ -88,6 +91,8 @@ def executed(job: Job, path: ToolPath, prepared: PreparedProgram) -> Geometry:
         fraction=execution.fraction,
         now=execution.time,
         theta=execution.theta,
+        position=position,
+        turns=direction_states(reversal_widths(job.sources), execution.theta, position),
     )
 
 
@@ -124,7 +129,8 @@ def flown_pose(job: Job, geometry: Geometry, rise: Array) -> Pose:
 def displacement(job: Job, geometry: Geometry, rise: Array) -> Array:
     """Error vectors at the samples for given rises (K,) or (M, K) [K], (M, 3) [m]: actual minus nominal."""
     model, theta = job.cell.error_model(job.tool.pose), geometry.theta
-    return np.asarray(model.actual_pose(theta, np.atleast_2d(rise)).position - model.nominal_pose(theta).position)
+    actual = model.actual_pose(theta, np.atleast_2d(rise), geometry.turns).position
+    return np.asarray(actual - model.nominal_pose(theta).position)
 
 
 def band_at_samples(job: Job, geometry: Geometry, history: History | None = None, rise: Array | None = None) -> Band:
@@ -139,29 +145,17 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
     some = some_samples(geometry)
     thin = geometry.at(some)
     rises = thin.rises_as_planned(job) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
-    motion = turns_at(job, geometry, some)
-    places = Places(theta=thin.theta, time=thin.now, rise=rises, motion=motion, tool=job.tool.pose)
+    places = Places(theta=thin.theta, time=thin.now, rise=rises, motion=thin.turns, tool=job.tool.pose)
     uncertainty = uncertainty_along(job, geometry)
     history = history or replace(job.history, before=job.duties_before())
     columns = columns_at(job.cell, history, job.feed, uncertainty, places, job.cell.error_model(job.tool.pose))
     return band_of([columns], np.arange(len(some)), part_weight(geometry, thin), job.cell.fit.scale)
 
 
-def turns_at(job: Job, geometry: Geometry, rows: IntArray) -> DirectionState:
-    """Which way a job's joints and tool have turned at some samples."""
-    return direction_states(reversal_widths(job.sources), geometry.theta, _nominal(geometry)).at(rows)
-
-
 def uncertainty_along(job: Job, geometry: Geometry) -> JobUncertainty:
     """What a job does not know, with the middle of its way for the middle of the part."""
-    position = _nominal(geometry)
+    position = geometry.position
     return quantities_of(job, middle=(position.min(axis=0) + position.max(axis=0)) / 2)
-
-
-@kept_with("geometry")
-def _nominal(geometry: Geometry) -> Array:
-    """Where the controller believes the tool is, (M, 3) [m]; no warmth moves it."""
-    return (flange_pose(geometry.job.robot, geometry.theta) @ geometry.job.tool.pose).position
 
 
 @kept_with("geometry")
@@ -171,7 +165,7 @@ def some_samples(geometry: Geometry) -> IntArray:
     What is open is smooth along the part and largest at its rim: the farthest in each direction are among them, for
     either way that the tool goes, because play and friction follow it.
     """
-    position = _nominal(geometry)
+    position = geometry.position
     rows = rows_on_part(geometry)
     along = np.gradient(position, axis=0)[rows] if len(rows) > 1 else np.zeros((1, 3))
     evenly = rows[np.linspace(0, len(rows) - 1, min(SAMPLES, len(rows))).astype(int)]

@@ -21,7 +21,7 @@ from compgen.error_model.parameter_slopes import build_slopes
 from compgen.error_model.uncertain_sources import Quantity
 from compgen.job.job import Job
 from compgen.job.uncertainty import quantities_of
-from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, turns_at, uncertainty_along
+from compgen.pipelines.study.geometry import Geometry, part_weight, some_samples, uncertainty_along
 from compgen.pipelines.study.live_day import SliderValues, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
 from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, scatter_along, taken_at
@@ -96,21 +96,21 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
         dearer: The job with twice the coefficient of expansion; None: no slider moves that.
     """
     some, K = some_samples(geometry), len(job.heat.names)
-    thin, motion = geometry.at(some), turns_at(job, geometry, some)
+    thin = geometry.at(some)
     uncertainty, at = uncertainty_along(job, geometry), job.cell.error_model(job.tool.pose).nominal_pose(thin.theta)
     scatter = scatter_along(job.cell, uncertainty, at, job.tool.pose)
     named, none = by_source(uncertainty), np.zeros((len(some), K))
     changes = np.array([q.cause.parameters for q in named]).reshape(len(named), len(uncertainty.parameters.entries))
     which = tuple(np.flatnonzero(changes.any(axis=0)).tolist()) or (0,)
     slopes = build_slopes(job.robot, uncertainty.parameters, which, K, job.tool.pose)
-    both = slopes(thin.theta, none, motion)[1]
+    both = slopes(thin.theta, none, thin.turns)[1]
     growth = np.zeros_like(both)
     if dearer is not None:
         of_dearer = build_slopes(job.robot, quantities_of(dearer).parameters, which, K, job.tool.pose)
-        growth = of_dearer(thin.theta, none, motion)[1] - both
+        growth = of_dearer(thin.theta, none, thin.turns)[1] - both
 
     def columns(rise: Array) -> Array:
-        return np.asarray(slopes(thin.theta, none + rise, motion)[0] @ changes[:, which].T)
+        return np.asarray(slopes(thin.theta, none + rise, thin.turns)[0] @ changes[:, which].T)
 
     cold = columns(np.zeros(K))
     by_rise = np.stack([columns(unit) - cold for unit in np.eye(K)], axis=2)  # (N, 3, K, Q)

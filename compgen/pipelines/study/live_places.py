@@ -26,7 +26,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, rms
 from compgen.error_model.parameter_slopes import build_slopes, parameters_of
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
-from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with, turns_at
+from compgen.pipelines.study.geometry import DIRECTIONS, Geometry, execute_with
 from compgen.pipelines.study.live_day import Cycle, Day, SliderValues, history_at
 from compgen.thermal import Duty, ThermalModel, rise_history, still_air
 from compgen.thermal.schedule import History
@@ -215,7 +215,7 @@ def _slopes(job: Job, geometry: Geometry, rows: IntArray) -> Array:
     """B of a job's sources, (P, 3, K) [m/K]."""
     slopes = build_slopes(job.robot, parameters_of(job.sources), (0,), len(job.heat.names), job.tool.pose)
     none = np.zeros((len(rows), len(job.heat.names)))
-    return slopes(geometry.theta[rows], none, turns_at(job, geometry, rows))[1]
+    return slopes(geometry.theta[rows], none, geometry.turns.at(rows))[1]
 
 
 def own_heat(job: Job, geometry: Geometry) -> Array:
