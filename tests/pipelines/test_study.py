@@ -89,6 +89,18 @@ def test_every_row_is_what_predict_says(study, rows):
     assert rows[5]["before_max_um"] > rows[4]["before_max_um"] > rows[0]["before_max_um"]
 
 
+@pytest.mark.parametrize("said", ['process.moves="arcs"', "process.thin_um=20"])
+def test_a_row_is_of_the_positions_that_the_planned_program_names(said):
+    circle = path_file("circle_1300")
+    (row,) = rows_of(build(circle, None, (said,), ("process.feed_mm_s=200",), None, correct=False))
+    planned = generate.predict(load_job(circle, overrides=[said]), quiet)
+    deviation = planned.deviation()
+    assert row["waypoints"] == len(planned.theta)
+    assert row["duration_s"] == pytest.approx(deviation.time[-1], rel=1e-5)
+    assert row["before_on_part_max_um"] == pytest.approx(deviation.on_part["total"].max / UM, rel=1e-5)
+    assert row["before_rms_um"] == pytest.approx(deviation.extents["total"].rms / UM, rel=1e-5)
+
+
 def test_scenarios_that_change_temperatures_share_their_geometry(study):
     assert len({geometry_key(s) for s in study.scenarios}) == 1
     feeds = build(PATH, None, (), ("feed=50,100",), None, correct=False)

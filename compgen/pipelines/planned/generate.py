@@ -65,7 +65,7 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    planned = corrected_arcs.at_program_positions(_plan(job, progress, pages=pages), progress)
+    planned = corrected_arcs.at_program_positions(plan_lines(job, progress, pages=pages), progress)
     planned = _flown(planned, progress, date)
     off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
@@ -80,10 +80,11 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
 
 def plan_uncorrected(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bool = True) -> Planned:
     """The plan in lines through each waypoint, the twin still driving its text on another thread."""
-    return _flown(_plan(job, progress, pages=pages), progress, date)
+    return _flown(plan_lines(job, progress, pages=pages), progress, date)
 
 
-def _plan(job: Job, progress: Progress, *, pages: bool) -> Planned:
+def plan_lines(job: Job, progress: Progress, *, pages: bool = True) -> Planned:
+    """The plan in lines through each waypoint, not flown."""
     with job_findings.asking_units(job):
         planned = plan_of(job, plan_motion(job.plan, job.cell, job.feed, progress, pages=pages))
     return motion_predistortion.as_logged(planned)

@@ -12,7 +12,7 @@ from compgen.error_model.direction_memory import DirectionState, direction_state
 from compgen.job.job import Job
 from compgen.job.uncertainty import JobUncertainty, quantities_of
 from compgen.pipelines.files.twin_of_job import prepared_for, twin_of
-from compgen.pipelines.planned import generate
+from compgen.pipelines.planned import corrected_arcs, generate
 from compgen.pipelines.planned.many_starts import planned_rises
 from compgen.pipelines.planned.program_text import planned_program
 from compgen.pipelines.uncertainty.band_columns import Places, columns_at
@@ -74,7 +74,8 @@ class Geometry:
 
 def plan_geometry(job: Job) -> Geometry:
     """Plan a job and execute its uncorrected text once, pinocchio confirming."""
-    planned = generate.plan_uncorrected(job, lambda stage, share: None)
+    lines = generate.plan_lines(job, lambda stage, share: None)
+    planned = corrected_arcs.at_program_positions(lines, lambda stage, share: None)
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)
     return executed(job, planned.path, prepared_for(job, program))
 
