@@ -332,6 +332,12 @@ def test_whatever_the_results_depend_on_makes_another_study(tmp_path):
         of_text(f"{without}\n# more"),
         of_text(without, "m710ic70"),
     ]
+    files = [tmp_path / name for name in ("day.csv", "night.csv")]
+    for temperature in (20, 34):
+        for file in files:
+            file.write_text(f"time_s,ambient_degC\n0,{temperature}\n90000,{temperature}\n")
+            varied = ",".join(f'"{name}"' for name in files)
+            asked.append(identity(base=('ambient.kind="csv"',), vary=(f"ambient.file={varied}",)))
     assert len(set(asked)) == len(asked)
     assert of_text(without) == asked[5]
 

@@ -90,18 +90,20 @@ def build(
     """
     scenarios = _scenarios(vary, listed)
     questions: dict[str, Finding] = {}
+    hashes: set[str] = set()
 
     def refused(values: Iterable[tuple[str, str]]) -> CompgenError | None:
         try:
             job = load_job(path, robot, [*base, *(f"{key}={value}" for key, value in values)])
         except CompgenError as failure:
             return failure
+        hashes.add(job.inputs_hash)
         questions.update({f.message: f for f in job.input_findings if f.code == Code.UNITS_UNLIKELY})
         return None
 
     _check_keys(refused, scenarios[0])
     _check_values(refused, scenarios)
-    inputs = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct]
+    inputs = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct, sorted(hashes)]
     return Study(
         path=path,
         robot=robot,
