@@ -564,6 +564,19 @@ def test_a_called_program_waits_as_it_is_listed(does, hot):
 
 
 @pytest.mark.parametrize("stands", ["WAIT 7200.00(sec)", "CALL PAUSE"])
+@pytest.mark.parametrize("waits_first", [True, False])
+def test_a_wait_behind_a_call_cools_what_the_called_program_warmed(waits_first, stands, hot):
+    """By the second arm and the nodes' law: warmed for 3.5 h and then idle for 2 h is not idle and then warmed."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    between = [stands, "CALL POLISH"] if waits_first else ["CALL POLISH", stands]
+    data = program(["J P[1] 10% FINE", *between, "L P[2] 50mm/sec FINE"], [at(1, HOME), at(2, q)])
+    beside = {"POLISH": polishing("POLISH"), "PAUSE": program(["WAIT 7200.00(sec)"], [], name="PAUSE")}
+    result = correct(data, hot, default_frames(), (), Options(), quiet, beside.get)
+    duties = [("idle", 0.0, 2.0), POLISHED] if waits_first else [POLISHED, ("idle", 0.0, 2.0)]
+    assert missed_um(data, result.text, 2, q, lengths=naive_heat.warm_lengths(naive_heat.rises(duties))) < ROUNDED_UM
+
+
+@pytest.mark.parametrize("stands", ["WAIT 7200.00(sec)", "CALL PAUSE"])
 def test_a_place_at_which_the_arm_stands_is_judged_as_it_leaves_too(stands, hot):
     """By the second arm and the nodes' law: the position is right as the arm comes, and two hours cooler it is not."""
     q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)

@@ -1,6 +1,6 @@
 """Programs that a program calls: whether and how each moves the arm, and what it writes of registers and frames."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from compgen.fanuc.vocabulary import (
     FLOW,
     FRAME_MENTIONED,
     LABEL_ALONE,
+    WAIT,
     may_move_arm,
     may_write_registers,
     written_frames,
@@ -121,37 +122,39 @@ def with_called_motion(
 
     Args:
         program: Any program.
-        drive: Its stations, and what it waits itself.
+        drive: Its stations.
         known: What is known of the programs that it calls.
         drive_of: One of them as it is driven; None for one that calls this one.
     """
     statements = other_statements(program)
     calls = {line: match[1].upper() for line, text in statements if (match := CALL_ALWAYS.match(text))}
-    otherwise = {*(text for line, text in statements if line not in calls), *program.motions.options}
     drives = {name: drive_of(name) for name in sorted(known.moving)}
     moving = {name: its for name, its in drives.items() if its is not None}
     count = {name: len(its.motion_when_called().time) for name, its in moving.items()}
     called = {name: drive_of(name) for name in sorted(known.motionless & set(calls.values()))}
     still = {name: its for name, its in called.items() if its is not None}
-    waits = {name: its.rest for name, its in still.items()}
+    own = {line: float(wait[1]) for line, text in statements if (wait := WAIT.match(text))}
     untold = sorted(name for name, its in (moving | still).items() if its.untimed or its.untold)
-    uncounted = {name for name, its in drives.items() if its is None or not _is_told(its)}
-    uncounted |= {name.upper() for text in otherwise for name in CALL.findall(text)} & set(drives)
-    if set(drive.flow) - set(calls):
-        uncounted |= set(drives)
-    counted, places, pause = dict[int, tuple[DrivenProgram, ...]](), 0, np.append(drive.pause, drive.rest)
-    at = np.searchsorted(program.motions.line[drive.motion], list(calls))
-    for station, name in zip(at.tolist(), calls.values(), strict=True):
-        pause[station] += waits.get(name, 0.0)
-        if station == len(drive.pose) and name in drives:
-            pause[station] = np.nan
-        if name not in moving or station == len(drive.pose):
-            continue
-        places += count[name]
-        if places > MOST_PLACES:
-            uncounted.add(name)
+    uncounted = _uncounted(program, drive, set(calls), drives)
+    counted, places, pause = dict[int, tuple[DrivenProgram, ...]](), 0, np.zeros(len(drive.pose) + 1)
+    lines = sorted({*calls, *own})
+    at = np.searchsorted(program.motions.line[drive.motion], lines)
+    for station, line in zip(at.tolist(), lines, strict=True):
+        name = calls.get(line, "")
+        waits = own.get(line, 0.0) + (still[name].rest if name in still else 0.0)
+        if waits and station in counted:  # behind the called program that moved the arm last
+            *others, last = counted[station]
+            counted[station] = (*others, replace(last, rest=np.nan_to_num(last.rest) + waits))
         else:
-            counted[station] = (*counted.get(station, ()), moving[name])
+            pause[station] += waits
+        if name in drives and station == len(drive.pose):
+            pause[station] = np.nan
+        elif name in moving:
+            places += count[name]
+            if places > MOST_PLACES:
+                uncounted.add(name)
+            else:
+                counted[station] = (*counted.get(station, ()), moving[name])
     return replace(
         drive,
         called=counted,
@@ -160,6 +163,17 @@ def with_called_motion(
         pause=pause[:-1],
         rest=float(pause[-1]),
     )
+
+
+def _uncounted(
+    program: LsProgram, drive: DrivenProgram, calls: Set[int], drives: Mapping[str, DrivenProgram | None]
+) -> set[str]:
+    """Those of called programs that may move the arm otherwise than once at each of some lines, as they are listed."""
+    if set(drive.flow) - calls:
+        return set(drives)
+    otherwise = {*(text for line, text in other_statements(program) if line not in calls), *program.motions.options}
+    uncounted = {name for name, its in drives.items() if its is None or not _is_told(its)}
+    return uncounted | {name.upper() for text in otherwise for name in CALL.findall(text)} & set(drives)
 
 
 def _is_told(drive: DrivenProgram) -> bool:

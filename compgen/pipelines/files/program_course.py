@@ -172,8 +172,11 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     judged = follows & _surely_driven(drive, at[1:]) & (poses.tool[pose[1:]] == poses.tool[pose[:-1]])
     via = drive.via[at] & np.append(judged, False) & np.append(False, judged)
     # a way along unknown places, and the first one, take what they take
-    planned, written = (np.cumsum(drive.pause + each)[at] for each in (drive.duration, drive.written))
-    wait = np.append(np.where(follows, drive.pause[at[1:]], 0.0), 0.0)
+    pause = drive.pause.copy()
+    for station, drives in drive.called.items():
+        pause[station] += np.nansum([its.rest for its in drives])
+    planned, written = (np.cumsum(pause + each)[at] for each in (drive.duration, drive.written))
+    wait = np.append(np.where(follows, pause[at[1:]], 0.0), 0.0)
     rests = drive.stop[at] | (at == len(drive.pose) - 1)  # at its end a program rests, whatever its last line says
     stop = rests | ~np.append(False, judged) | ~np.append(judged, False)
     nodes = {
@@ -195,9 +198,8 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     tools = IDENTITY if tool == NONE else poses.tools[tool]
     course = _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers, robot)
     several_frames, several_tools = (count > 1 for count in frames_and_tools)
-    elsewhere = _elsewhere(poses.tool[pose], judged, nodes["position"])
-    course = replace(course, elsewhere=elsewhere, flow=drive.flow, settles=True)
-    return replace(course, several_frames=several_frames, several_tools=several_tools)
+    course = replace(course, elsewhere=_elsewhere(poses.tool[pose], judged, nodes["position"]), flow=drive.flow)
+    return replace(course, settles=True, several_frames=several_frames, several_tools=several_tools)
 
 
 def _elsewhere(tool: IntArray, judged: BoolArray, position: Array) -> tuple[float, float]:
