@@ -109,7 +109,7 @@ def test_the_band_of_a_page_that_nothing_held_up_is_that_of_its_job(tmp_path, da
 
 
 def test_a_bound_with_a_probability_is_asked_of_the_new_pages(tmp_path):
-    """No arm keeps 1 um of a file that knows 36: it was asked of the whole job alone. The draws are what the band is."""
+    """No arm keeps 1 um of a file that knows 36: it was asked of the whole job alone. Draws and band agree."""
     folder = write(tmp_path / "job", "bounds.guaranteed={max_um=1, share=0.8, confidence=0.8}")
     resumed = later(folder, 5, 3600.0)
     assert not resumed.inside
