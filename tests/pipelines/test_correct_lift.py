@@ -183,3 +183,9 @@ def test_a_lift_leads_away_from_the_part_or_is_refused(frame_w, tool_w, statemen
     else:
         with pytest.raises(InputError, match=r"line \d+: z of its user frame leads P\[1\] neither up nor back"):
             lift()
+
+
+@pytest.mark.parametrize("moves", [[], ["WAIT 1.00(sec)"]])
+def test_a_program_without_a_motion_is_not_lifted(moves):
+    with pytest.raises(InputError, match="PART: --lift-all: it has no motion"):
+        lifted_program(loads(part(moves)), 20.0, 8, UNKNOWN_PROGRAMS, {})

@@ -55,6 +55,8 @@ def lifted_program(
             text = f"'{program.text(m.span[i]):.40}' goes where the file does not say"
             raise InputError(f"{where} {m.line[i]}: {text}; lift a copy without it")
         driven.update(m.position[i])
+    if not driven:
+        raise InputError(f"program {program.name}: --lift-all: it has no motion that could be lifted; name another")
     rows = np.flatnonzero((p.group <= 1) & np.isin(p.number, sorted(driven)))
     odd = rows[(p.span[rows, _Z, 1] == 0) | ~np.isfinite(p.value[rows, _Z])]
     if len(odd):

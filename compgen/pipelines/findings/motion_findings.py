@@ -71,7 +71,7 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         message = (
             f"the controller is expected to lead the tool off this path by {size} um ({span}), {place}, by "
             f"{BASIS[effect.expected.evidence]}; nothing is corrected for it; at {HALF / PERCENT:.0f} % override it is "
-            "a quarter of that; log a run for cgen identify-motion, or drive slower"
+            "a quarter, half at corners; log a run for cgen identify-motion, or drive slower"
         )
         return [Finding(level, Code.MOTION_UNKNOWN, message)]
     words = motion_words(effect.motion)
