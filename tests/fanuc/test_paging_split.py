@@ -115,6 +115,14 @@ def test_positions_are_numbered_anew_on_demand_and_beyond_what_the_controller_ha
         assert_same_motions(program.data, paged)
 
 
+@pytest.mark.parametrize("named", [move(8), "  PR[1]=P[8] "])
+def test_a_position_that_is_not_there_gets_no_other_ones_number(named):
+    body = [move(1), move(2), named, move(3), move(4), move(5), move(6)]
+    with pytest.raises(ImpossibleError, match=r"P\[8\] is not in /POS, and positions beyond P\[4\] need new numbers"):
+        split_text(body, positions=4, lines=4, places=6)
+    assert split_text(body, lines=4, places=6)[1].pages
+
+
 def test_a_zero_byte_in_a_statement_is_a_byte_like_any_other():
     for mark in ("x", "\0"):
         body = [move(7), move(5, False), f"  CALL A('{mark}',P[5]) ", move(6), move(9), move(7)]

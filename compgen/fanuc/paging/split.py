@@ -89,13 +89,19 @@ def split_program(  # noqa: PLR0913 - what pages look like, each named by its ca
         Pages and main program; line numbers start anew in each, and LINE_COUNT follows.
 
     Raises:
-        ImpossibleError: It cannot be split so that each page fits; names the lines.
+        ImpossibleError: It cannot be split so that each page fits; names the lines. A position that needs a new number
+            is not in the file.
     """
     flow = read_flow(program)
     plan = plan_pages(program, flow, capacity, taken, head_lines + len(common))
     blocks = dict(zip(program.positions.number.tolist(), map(tuple, program.positions.block.tolist()), strict=True))
     too_large = max(blocks, default=0) > capacity.max_positions
     renumber = (renumber or too_large) and not bool(np.any(flow.mention == NO_NUMBER))
+    if renumber and (gone := {*flow.mention.tolist()} - {*blocks}):
+        raise ImpossibleError(
+            f"program {program.name}: P[{min(gone)}] is not in /POS, and positions beyond P[{capacity.max_positions}] "
+            "need new numbers; teach it, or raise controller.max_positions"
+        )
     count = len(plan.ranges)
     pages = []
     for k, (page, name, load) in enumerate(zip(plan.ranges, plan.names, plan.load, strict=True)):
