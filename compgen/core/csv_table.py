@@ -201,7 +201,7 @@ def ended_rows(data: bytes) -> list[CsvRow]:
     """The cells of each line with an end, of a file that is still being written; without remarks and empty lines."""
     lines = data[: data.rfind(b"\n") + 1].replace(b"\0", b"").decode("utf-8-sig", "replace")
     return [
-        (n, [cell.strip() for cell in line.split(",")])
+        (n, [cell.strip().strip('"') for cell in line.split(",")])
         for n, line in enumerate(lines.splitlines(), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]

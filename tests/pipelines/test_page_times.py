@@ -41,6 +41,8 @@ def test_the_cells_file_is_read_row_by_row(tmp_path):
     assert read_page_times(file, SPANS, 0.0).starts == ()
     file.write_text("time_s,page,loaded\n5,1,\n120,0,2\n")
     assert read_page_times(file, SPANS, 0.0).starts == (PageMoment(5, 1), PageMoment(120, 0, 2))
+    file.write_text('"time_s", "page","loaded"\n"5","1",""\n120,0,2\n')
+    assert read_page_times(file, SPANS, 0.0).starts == (PageMoment(5, 1), PageMoment(120, 0, 2))
 
 
 def test_rows_of_the_page_that_runs_do_not_begin_it_anew(tmp_path):
