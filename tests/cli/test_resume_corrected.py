@@ -47,6 +47,7 @@ def test_a_late_start_is_what_correct_makes_of_the_same_wait(job, tmp_path):
         ours, oracle = (ls.loads((folder / f"LONG_0{number}.LS").read_bytes()) for folder in (job, waited))
         assert np.array_equal(ours.positions.value, oracle.positions.value, equal_nan=True)
     assert "Uncertainty of the robot data" in result.stdout
+    assert "error, um" in result.stdout  # the program does not say where the part is
     assert run("resume", job, "--from-page", "1", *RESUME).stdout.count("nothing to do") == 1
 
 

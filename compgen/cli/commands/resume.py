@@ -168,10 +168,11 @@ def _shown(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: boo
     from compgen.pipelines.resume.result import Resumed
 
     if isinstance(resumed, Resumed):
-        name, words = resumed.planned.job.name, _words_of_job(resumed, verbose=verbose)
+        name, where, words = resumed.planned.job.name, "on the part", _words_of_job(resumed, verbose=verbose)
     else:
-        name, words = resumed.correction.name, chain(resumed_words(resumed), _words_of_band(resumed, verbose=verbose))
-    yield from titled(f"{name} from page {resumed.from_page} on", pages_table(resumed.pages))
+        name, where = resumed.correction.name, "error"
+        words = chain(resumed_words(resumed), _words_of_band(resumed, verbose=verbose))
+    yield from titled(f"{name} from page {resumed.from_page} on", pages_table(f"{where}, um", resumed.pages))
     yield from words
     yield from finding_lines(resumed.findings, verbose=verbose)
     if is_written:
@@ -232,7 +233,7 @@ def checked_moment(date: str | None) -> str:
     return date
 
 
-def pages_table(pages: Sequence["PageResult"]) -> "Table":
+def pages_table(head: str, pages: Sequence["PageResult"]) -> "Table":
     """Each page before and after."""
     rows = (
         [
@@ -241,7 +242,7 @@ def pages_table(pages: Sequence["PageResult"]) -> "Table":
         ]
         for page in pages
     )
-    return sizes_table("on the part, um", ("before", "after"), rows)
+    return sizes_table(head, ("before", "after"), rows)
 
 
 def _words_of_band(resumed: "ResumedProgram", *, verbose: bool) -> Iterator[str]:
