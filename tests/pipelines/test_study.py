@@ -709,20 +709,36 @@ def test_contributions_are_of_the_largest_error_on_the_part_as_everything_else_s
     assert anywhere > on_part + 0.2
 
 
+def largest_on_part(path, *overrides):
+    """As the twin flies the planned text, [um]."""
+    deviation = generate.predict(load_job(path, overrides=overrides), quiet).deviation()
+    return deviation.on_part["total"].max / UM
+
+
+def test_the_rim_of_a_raster_is_in_every_answer():
+    """Few of its samples lie there, where the error is largest."""
+    raster, feed = path_file("raster_1300"), "process.feed_mm_s=300"
+    changes, endless = ["path.stepover_mm=26", feed], ["before.0.duration_h=2000", "before.0.feed_mm_s=300"]
+    job, largest = load_job(raster, overrides=changes), largest_on_part(raster, *changes)
+    answer = answer_questions(raster, None, changes, ["passes"], 5 * UM, [raster], "300")[0]
+    assert answer.table[0, 2] == pytest.approx(largest, abs=0.7)
+    assert timeline(job).error[0] / UM == pytest.approx(largest, abs=1.2)  # with the warmth of its start
+    hot = [*changes, *endless]
+    final = ASKS["steady"](load_job(raster, overrides=hot), 5 * UM).sentence.split("of the final ")[1].split()[0]
+    assert float(final) == pytest.approx(largest_on_part(raster, *hot), abs=1)
+
+
 def test_the_play_of_the_joints_is_in_every_answer():
     """As the twin flies the same texts, rounding and chords apart."""
     play = "robot.sources.hysteresis={backlash_mdeg=[10,10,10,10,10,10], width_mdeg=[100,100,100,100,100,100]}"
     changes, endless = [play, "process.feed_mm_s=100"], "before.0.duration_h=2000"
     job = load_job(PATH, overrides=changes)
-    of_job, of_end = (
-        generate.predict(load_job(PATH, overrides=day), quiet).deviation() for day in (changes, [*changes, endless])
-    )
-    largest, final = (deviation.on_part["total"].max / UM for deviation in (of_job, of_end))
+    largest, final = (largest_on_part(PATH, *day) for day in (changes, [*changes, endless]))
     told = [ASKS[key](job, 5 * UM).sentence for key in ("contributions", "steady")]
     assert float(told[0].split("on the part, ")[1].split()[0]) == pytest.approx(largest, abs=1)
     assert float(told[1].split("of the final ")[1].split()[0]) == pytest.approx(final, abs=1)
     assert ask_passes(*changes, passes=[PATH]) == pytest.approx(largest, abs=1)
-    assert timeline(job).error[0] == pytest.approx(of_job.extents["total"].max, abs=1 * UM)
+    assert timeline(job).error[0] / UM == pytest.approx(largest, abs=1)
 
 
 def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):

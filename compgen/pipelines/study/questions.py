@@ -18,7 +18,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.job.job import Job
 from compgen.job.start_window import late_rise
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.study.geometry import Geometry, displacement, execute_with, plan_geometry, rows_on_part
+from compgen.pipelines.study.geometry import displacement, execute_with, plan_geometry, rows_on_part, some_samples
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 
 MOST_PASSES = 6
@@ -169,8 +169,8 @@ def contributions(job: Job, limit: float) -> Answer:
 
 def steady(job: Job, limit: float) -> Answer:
     """When a steady duty's error on the part stops changing: within a limit [m] of its end, and 95 % of it."""
-    geometry, moving = _on_part(plan_geometry(job)), _moving(job)
-    thin = geometry.thinned(200)
+    geometry, moving = plan_geometry(job), _moving(job)
+    thin = geometry.at(some_samples(geometry))
     hours = np.concatenate([np.linspace(0, 12, 49), np.linspace(13, 96, 84)])
     air = replace(job.history.air, amplitude=0.0)  # what a wave adds never settles
     rises = rise_history(job.heat, [replace(moving, duration=1e9)], np.append(hours, 2000.0) * HOUR, air=air)
@@ -198,7 +198,7 @@ class Candidate:
 def _orders_at(jobs: list[Job], feed: float) -> Iterator[Candidate]:
     """Passes at a feed in each order, one warming the robot for the next."""
     laid = [plan_geometry(job) for job in jobs]
-    some = [_on_part(g).thinned(150) for g in laid]
+    some = [geometry.at(some_samples(geometry)) for geometry in laid]
     heat, history = jobs[0].heat, jobs[0].history
     for order in permutations(range(len(jobs))):
         state, worst, spent = history.state(heat), 0.0, 0.0
@@ -330,11 +330,6 @@ def _answer_passes(
     except ValueError:
         raise InputError(f"--feeds {feeds}: not numbers; give mm/s as in 20,100,200") from None
     return passes(jobs, speeds or [jobs[0].feed * share for share in (0.25, 0.5, 1)], at_feed, limit)
-
-
-def _on_part(geometry: Geometry) -> Geometry:
-    """What a bound, a contribution and a steady error are of."""
-    return geometry.at(rows_on_part(geometry))
 
 
 def _moving(job: Job) -> Duty:

@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, owns
 from compgen.job.job import Job
 from compgen.job.uncertainty import is_taught_with
-from compgen.pipelines.study.geometry import band_at_samples, displacement, plan_geometry
+from compgen.pipelines.study.geometry import band_at_samples, displacement, plan_geometry, some_samples
 from compgen.pipelines.uncertainty.not_known import WorkSetting, setting_of
 from compgen.thermal import rise_history
 from compgen.thermal.ensemble import Start, duties_before, mean_rises
@@ -27,7 +27,7 @@ class Timeline:
     start: float  # [s] when the program first starts
     run: Array  # (R,) [s] when each run starts
     run_rise: Array  # (R, K) [K] then
-    error: Array  # (R,) [m] largest error in each run without correction
+    error: Array  # (R,) [m] largest on the part in each run without correction
     residual: Array  # (R,) [m] what one file leaves in each: for the first run, or for the job's starts
     setting: WorkSetting  # that the program works in
     band: tuple[Band, Band]  # what the files leave open in the first run, and in the one that errs most
@@ -49,7 +49,7 @@ def timeline(job: Job) -> Timeline:
     starts = history.clock + np.array(history.runs)
     rise = rise_history(job.heat, duties, time, air=history.air)
     run_rise = rise_history(job.heat, duties, starts, air=history.air)
-    thin = geometry.thinned(200)
+    thin = geometry.at(some_samples(geometry))
     shifts = [displacement(job, thin, r) for r in run_rise]
     largest = [float(np.linalg.norm(s, axis=1).max()) for s in shifts]
     of_file = shifts[0]
