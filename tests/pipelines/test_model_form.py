@@ -85,6 +85,26 @@ def test_a_robot_that_stands_before_the_start_does_so_on_both_models(late: str, 
     assert cooler < abs(waited.thermal - prompt.thermal) < 5 * UM
 
 
+@pytest.mark.parametrize(("served", "start"), [
+    ("runs=[40,40]", "start.run=40"), ("delay_s=[9000,9000]", "start.delay_min=150")
+])  # fmt: skip
+def test_a_file_for_a_later_start_is_judged_at_it_on_both_models(served: str, start: str) -> None:
+    """By the twin's whole flights at that start, warm by either model and cold."""
+    day = ('cycle=[{state="moving", repeat=40, dwell_s=60}]', "before.0.duration_h=2")
+    planned, result = corrected(*day, f"compensation.average_over.{served}")
+    flown = []
+    for changes in ((start,), (start, 'robot.thermal.model="network"'), ("before=[]", "cycle=[]")):
+        job = load_job(LINE, None, [*day, *changes])
+        prepared = prepare(twin_of(job), result.program, job.history.before, job.history.air)
+        flown.append(deviation_from_path(planned.path, prepared.chunks(), prepared.sample_count))
+    own, other, cold = (deviation.error for deviation in flown)
+    form = result.model_form
+    assert form is not None
+    assert abs(form.largest - flown[1].extents["total"].max) < 0.05 * UM
+    share = np.sqrt(((other - own) ** 2).sum() / ((own - cold) ** 2).sum())
+    assert abs(form.share - share) < 0.02
+
+
 def test_the_other_model_plans_the_day_and_not_the_program_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     feeds = []
 

@@ -17,6 +17,7 @@ from compgen.core.units import UM
 from compgen.job.job import Job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.thermal import JointMotion, states_at
+from compgen.thermal.ensemble import mean_rises
 from compgen.verification.deviation import Deviation
 from compgen.verification.twin import PreparedProgram
 
@@ -71,7 +72,8 @@ def fly_across(
         CompgenError: The other model cannot be driven.
     """
     rows = np.unique(np.linspace(0, len(prepared.timing.time) - 1, POSITIONS).astype(int))
-    own_place = _places(job, prepared, rows, prepared.rises_at(rows))
+    rises = prepared.rises_at(rows) if job.ensemble is None else _rises(job, prepared, rows, stretch)
+    own_place = _places(job, prepared, rows, rises)
     other_place = _places(other, prepared, rows, _rises(other, prepared, rows, stretch))
     moved, arc = other_place - own_place, deviation.arc[prepared.first_samples()[rows]]
     square = np.zeros(len(deviation.arc))
@@ -121,8 +123,11 @@ def _places(job: Job, prepared: PreparedProgram, rows: IntArray, rise: Array) ->
 
 
 def _rises(job: Job, prepared: PreparedProgram, rows: IntArray, stretch: int) -> Array:
-    """Rises of the job's heat model at some positions, (P, K) [K], a stretch of the program at a time."""
+    """Rises of the job's heat model at some positions, (P, K) [K], a stretch at a time; of many starts their mean."""
     heat, air, time = job.heat, job.history.air, prepared.timing.time
+    if job.ensemble is not None:
+        whole = JointMotion(time, prepared.theta, prepared.timing.driven)
+        return mean_rises(heat, job.history, job.ensemble, whole)[rows]
     state, states = job.state(), []
     for first in range(0, len(time) - 1, stretch):
         last = min(first + stretch, len(time) - 1)
