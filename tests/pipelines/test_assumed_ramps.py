@@ -45,6 +45,16 @@ def test_the_note_says_how_far_other_ramps_move_the_tool(made):
     assert np.log(SHARES) == pytest.approx([-0.4, 0.4])
 
 
+def test_ramps_matter_at_the_starts_that_a_file_serves():
+    """As the same start says it that is planned alone: its arm is warm, and moves by more."""
+    day = (*PATH, 'cycle=[{state="moving", repeat=12, dwell_s=60}]')
+    served, alone, first = (
+        judge_ramps(*generate.generate(load_job(path_file("raster_1300"), None, [*day, start]), quiet)).findings[-1]
+        for start in ("compensation.average_over.runs=[12, 12]", "start.run=12", "start.run=1")
+    )
+    assert served == alone != first
+
+
 def test_what_ramps_hardly_move_is_said_as_a_number_that_one_reads():
     """Of a line it was '6.4e-05 um at most'."""
     assert "move the tool by 0.01 um at most" in run("check", path_file("line_y"), "--strict").stdout

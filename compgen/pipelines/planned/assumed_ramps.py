@@ -13,11 +13,12 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, first_message
 from compgen.core.units import UM
 from compgen.job.job import Job
-from compgen.pipelines.files.twin_of_job import deviation_of, prepared_for
+from compgen.pipelines.files.twin_of_job import at_start, deviation_of, prepared_for
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty.draws import RAMPS
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
+from compgen.thermal.ensemble import Ensemble, starts_to_fly
 from compgen.verification.verdict import judge
 
 SHARES = (float(np.exp(-2 * RAMPS)), float(np.exp(2 * RAMPS)))  # of the accelerations: two standard deviations
@@ -45,15 +46,15 @@ def ramp_findings(job: Job, path: ToolPath, program: Program) -> list[Finding]:
     if job.robot.acceleration_known:
         return []
     prepared = prepared_for(job, program)
-    usual = deviation_of(path, prepared)
     moved, broken = 0.0, ""
-    for share in SHARES:
-        flown = prepared.with_ramps(share).reheated(prepared.twin, job.history.before, job.history.air)
-        deviation = deviation_of(path, flown)
-        moved = max(moved, float(row_norms(deviation.error - usual.error).max()))
-        failure = first_message(Level.OUTSIDE, judge(deviation, job.bounds))
-        if failure and not broken and not first_message(Level.OUTSIDE, judge(usual, job.bounds)):
-            broken = f"with ramps at {share:.2g} of them {failure}"
+    for start in starts_to_fly(job.ensemble or Ensemble()):
+        usual = deviation_of(path, at_start(job, prepared, start))
+        for share in SHARES:
+            deviation = deviation_of(path, at_start(job, prepared.with_ramps(share), start))
+            moved = max(moved, float(row_norms(deviation.error - usual.error).max()))
+            failure = first_message(Level.OUTSIDE, judge(deviation, job.bounds))
+            if failure and not broken and not first_message(Level.OUTSIDE, judge(usual, job.bounds)):
+                broken = f"with ramps at {share:.2g} of them {failure}"
     facts = "accelerations are assumed (limits.acceleration_known = false)"
     if broken:
         mend = "time a run between two stops on the robot, mend limits.acceleration_deg_s2 and say true, or stop less"
