@@ -356,7 +356,7 @@ class Code(StrEnum):
     TEXT_DECIMALS = ("text.decimals", "pipelines", "The file's digits say places more coarsely than the correction.",
         "Write the program with three decimals.", NOTE)
     TEXT_JOINT_FORM = ("text.joint_form", "pipelines", "Corrected positions are in joint form, which is less exact.",
-        "Teach them in Cartesian form.", NOTE)
+        "Teach them in Cartesian form, or give their tool with --frames.", WARNING, NOTE)
     CORRECTION_NONE = ("correction.none", "pipelines", "Nothing was corrected.",
         "Do what the message says: cgen inspect, cgen identify, or [thermal].", OUTSIDE)
     CORRECTION_WORSE = ("correction.worse", "pipelines", "A line would become worse.",

@@ -369,6 +369,21 @@ def test_joint_form_stays_joint_form_and_is_right(hot):
     assert worst < 6.0
 
 
+def test_a_tool_that_no_table_tells_of_a_joint_form_position_is_named(hot):
+    """It was placed at the flange, and nothing said so: by the second arm twice as much is left at 500 mm of tool."""
+    data = program(["J P[1] 10% FINE"], [joint_form(1, (80, -20, 30, 10, -100, -300), ut=1)])
+    long = np.eye(4)
+    long[2, 3] = 500.0
+    tool = Pose(long[:3, 3] / 1e3, long[:3, :3])
+    told, untold = (corrected(data, hot, Frames({0: STILL}, {n: tool})) for n in (1, 2))
+    for result, share in ((told, 1.0), (untold, 2.1)):
+        left = missed_um(data, result.text, 1, None, ut=long)
+        assert left == pytest.approx(share * 1e6 * result.residual.distance.max(), rel=0.01)
+    warned = [f.level for result in (told, untold) for f in result.findings if f.code == "text.joint_form"]
+    assert warned == [Level.NOTE, Level.WARNING]
+    assert any("judged at the flange: give the tool, utool 1, with --frames" in f.message for f in untold.findings)
+
+
 # Time runs --------------------------------------------------------------------------------------------------------
 
 

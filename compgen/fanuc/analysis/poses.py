@@ -225,6 +225,11 @@ def require_frames(program: LsProgram, poses: Poses) -> None:
             )
 
 
+def untold_tools(program: LsProgram, poses: Poses, some: BoolArray) -> list[int]:
+    """Numbers of tools that are not known, of some positions (K,): those in joint form are placed at the flange."""
+    return sorted({*program.positions.utool[poses.row[some & (poses.tool == NONE)]].tolist()} - {NO_NUMBER})
+
+
 def _configs(texts: list[str]) -> tuple[IntArray, IntArray]:
     """Postures that CONFIGs name, (n,) in ``ALL_POSTURES``, NONE for no posture; and turns, (n, 3)."""
     index = {text: k for k, text in enumerate(dict.fromkeys(texts))}

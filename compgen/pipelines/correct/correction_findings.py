@@ -13,6 +13,7 @@ from compgen.error_model.beyond_measured import DrivenPoses, joint_box_findings,
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc.analysis.contradictions import contradictions
 from compgen.fanuc.analysis.inspection import other_models, unattainable
+from compgen.fanuc.analysis.poses import untold_tools
 from compgen.fanuc.analysis.watermark import Mark, decimals_of
 from compgen.fanuc.editing.insertion import allowed_pieces
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
@@ -192,8 +193,7 @@ def _scope_findings(result: Correction) -> Iterator[Finding]:
         yield Finding.of(Code.PROGRAM_CONTRADICTION, message)
     if missing := sorted(result.around.called.missing):
         message = f"called programs not beside it are taken to write no user frame and no tool: {_first_of(missing)}"
-        message += "; put their .LS there, or make sure that none does"
-        yield Finding.of(Code.PROGRAM_CALLED, message)
+        yield Finding.of(Code.PROGRAM_CALLED, f"{message}; put their .LS there, or make sure that none does")
     for reason, stations in grouped((reason, station) for station, reason in result.plan.stations.held).items():
         at = np.isin(result.execution.station, stations) & (result.execution.fraction == 1)
         left = result.residual.distance[at].max(initial=0.0) / UM
@@ -293,11 +293,12 @@ def _text_findings(result: Correction) -> Iterator[Finding]:
     joint = result.plan.poses.joint_form & result.shared.changed
     if joint.any():
         message = f"{int(joint.sum())} corrected positions are in joint form, whose digits say a place less exactly"
-        yield Finding.of(Code.TEXT_JOINT_FORM, message)
+        if tools := untold_tools(result.plan.program, result.plan.poses, joint):
+            message += f"; judged at the flange: give the tool, utool {_first_of(list(map(str, tools)))}, with --frames"
+        yield Finding(Level.WARNING if tools else Level.NOTE, Code.TEXT_JOINT_FORM, message)
     if result.changed and result.mark is Mark.NONE:
         message = "its positions cannot carry compgen's mark: keep the provenance file beside the program"
-        message += ", or let a remark carry it with --mark remark"
-        yield Finding.of(Code.CORRECTION_MARK, message)
+        yield Finding.of(Code.CORRECTION_MARK, f"{message}, or let a remark carry it with --mark remark")
 
 
 def _frame_findings(result: Correction) -> Iterator[Finding]:
