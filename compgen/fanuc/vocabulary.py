@@ -12,11 +12,17 @@ from dataclasses import dataclass
 from compgen.core.units import INCH, MINUTE, MM, MS
 
 REMARKS = ("!", "//", "--")  # what a remark, a disabled statement and an instruction comment begin with
+_WORDS = re.compile(r"(\[[\d,\s]*\d\s*):(?:[^\[\]]++|\[[^\[\]]*+\])*+\]|(\bMESSAGE\[).*\]", re.IGNORECASE)
 
 
 def any_case(pattern: str) -> re.Pattern[str]:
     """A pattern of words in capitals or not, as programs have them."""
     return re.compile(pattern, re.IGNORECASE)
+
+
+def without_words(text: str) -> str:
+    """A statement without its names, R[5:name] as R[5], and without its message: what stands there says nothing."""
+    return _WORDS.sub(r"\1\2]", text)
 
 
 # ---- Other languages -------------------------------------------------------------------------------------------------
@@ -134,7 +140,7 @@ LOCAL_REGISTER = any_case(r"(?<![A-Z_])(AR|LR)\[")  # known to one program only
 #: A statement that may change the order in which others are run.
 FLOW = any_case(r"(?:IF|JMP|FOR|ENDFOR|SELECT|CALL|RUN|LBL|WHEN|ELSE|ENDIF|SKIP CONDITION|MONITOR)\b")
 LABEL = any_case(r"(?<![A-Za-z_])LBL\[\s*(\d*)")  # said or jumped to; empty for one that is found at run time
-CALL = any_case(r"(?:^|[\s,])(?:CALL|RUN)\s+([A-Z_][^\s(;]*)")  # the program's name
+CALL = any_case(r"(?:^|[\s,])(?:CALL|RUN)\s+(?![^\[]*\])([A-Z_][^\s(;]*)")  # the program's name; not in brackets
 CALL_ALWAYS = any_case(r"^CALL\s+([A-Z_][^\s(;]*)")  # no condition before it
 CALL_ALONE = any_case(r"^CALL\s+([^\s(;]+)$")
 MESSAGE_OR_PAUSE = any_case(r"^(?:MESSAGE\[[^\]]*\]|PAUSE)$")
@@ -216,7 +222,7 @@ def may_write_registers(text: str, settled: Collection[str] = (), *, options: bo
         options: The text is that of options.
     """
     names = [name.upper() for name in CALL.findall(text)]
-    if any(name not in settled for name in names) or _WRITES.search(text):
+    if any(name not in settled for name in names) or _WRITES.search(without_words(text)):
         return True
     return not (options or names or MOVERS.match(text)) and may_move_arm(text)
 

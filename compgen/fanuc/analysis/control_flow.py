@@ -18,7 +18,16 @@ from compgen.fanuc.listing.lines import letters
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import POINT_LOGIC, POINT_LOGIC_END, TIME_AFTER_STOP
-from compgen.fanuc.vocabulary import ARC_LETTERS, BRACKETS, END, LABEL, POSITION, POSITION_BEFORE_EQUALS, REMARKS
+from compgen.fanuc.vocabulary import (
+    ARC_LETTERS,
+    BRACKETS,
+    END,
+    LABEL,
+    POSITION,
+    POSITION_BEFORE_EQUALS,
+    REMARKS,
+    without_words,
+)
 
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 
@@ -126,13 +135,13 @@ def _section_end(data: bytes, at: int) -> int:
 
 
 def _texts(data: bytes, begin: IntArray, end: IntArray, which: IntArray) -> Iterator[tuple[int, str]]:
-    """What some units say: numbers, line ends and what stands after the semicolon left out."""
+    """What some units say: numbers, names, line ends and what stands after the semicolon left out."""
     for s in which.tolist():
         lines = _LINE_END.split(data[begin[s] : end[s]])
         text = " ".join(letters(line.partition(b":")[2].decode("latin-1")) for line in lines if b":" in line)
         text = " ".join(text.partition(";")[0].split())
         if text and not text.startswith(REMARKS):
-            yield s, text
+            yield s, without_words(text)
 
 
 def _mentions(

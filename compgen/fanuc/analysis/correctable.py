@@ -12,7 +12,15 @@ from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.listing.positions import decimal_places
-from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION, is_unknown, written_frames
+from compgen.fanuc.vocabulary import (
+    DIVERSIONS,
+    FRAME_WRITTEN,
+    INDIRECT_POSITION,
+    POSITION,
+    is_unknown,
+    without_words,
+    written_frames,
+)
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.ways import singular_ways
 from compgen.robot.configuration import parse_config
@@ -223,7 +231,7 @@ def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
     stretches = []
     m = program.motions
     with_options = [
-        (line, options)
+        (line, without_words(options))
         for line, options, off in zip(m.line.tolist(), m.options, m.disabled.tolist(), strict=True)
         if options and not off
     ]
