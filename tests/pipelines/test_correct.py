@@ -477,6 +477,19 @@ def test_what_went_before_says_each_thing_once(words, twice):
 
 
 @pytest.mark.parametrize(
+    ("words", "why"),
+    [("5h", "moving, idle or off?"), ("duration_h=5", "moving, idle or off?"), ("idle 200mm/s 5h", "idle has no feed"),
+     ("200mm/s 5h off", "off has no feed")],
+)  # fmt: skip
+def test_what_went_before_says_whether_the_arm_moved(words, why):
+    """It counted as standing: 3.3 um before the correction where five hours of work were 66."""
+    with pytest.raises(InputError, match=why.replace("?", "[?]")):
+        load_before([words])
+    assert load_before(["200mm/s 5h"]).duties == (Duty("moving", 0.2, 5 * 3600.0, 1.0),)
+    assert load_before(["idle 5h"]).duties == (Duty("idle", 0.0, 5 * 3600.0, 1.0),)
+
+
+@pytest.mark.parametrize(
     ("statement", "open_time"),
     [
         ("OVERRIDE=30%", True),

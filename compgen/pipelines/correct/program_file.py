@@ -266,7 +266,11 @@ def stretch(item: str) -> dict[str, str | float]:
             mend = "give each stretch its own --before, and its time as one number, as 5.5h"
             raise InputError(f"--before '{item}': {word} says {key.partition('_')[0]} a second time; {mend}")
         table[key] = value
-    return {"state": "moving" if "feed_mm_s" in table else "idle", **table}
+    if not table.keys() & {"state", "feed_mm_s"}:
+        raise InputError(f"--before '{item}': moving, idle or off? write it as in 'moving 200mm/s 5h'")
+    if "feed_mm_s" in table and (state := table.get("state")) in ("idle", "off"):
+        raise InputError(f"--before '{item}': an arm that is {state} has no feed; write it as in 'moving 200mm/s 5h'")
+    return {"state": "moving", **table}
 
 
 def _plain(text: str, item: str) -> float:
