@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from naive_heat import rises
 from numpy.testing import assert_allclose
-from shipped import path_file
+from shipped import path_file, quiet
 
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.files.path_file import load_job
+from compgen.pipelines.planned import generate
 from compgen.pipelines.study import timeline
 from compgen.report.heat_page import heat_sentences
 
@@ -68,3 +69,17 @@ def test_the_day_ends_with_its_last_duty_and_misses_no_edge(job, day):
     assert_allclose([day.time[0], day.time[-1]], [0, end])
     assert set(np.round(day.run[1:], 6)) <= set(np.round(day.time, 6))
     assert_allclose(day.rise[np.searchsorted(day.time, day.start)], day.run_rise[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("model", ["nodes", "network"])
+def test_a_program_without_a_cycle_runs_once_in_its_day(model):
+    """As warm behind it as the program is planned to be at its end, and colder an hour later."""
+    day = ["before=[]", 'after=[{state="off", duration_h=1}]', f'robot.thermal.model="{model}"']
+    job = load_job(path_file("line_y"), overrides=[*day, "process.feed_mm_s=0.5"])
+    planned = generate.predict(job, quiet)
+    found, lasts = timeline(job), planned.deviation().time[-1]
+    assert lasts > HOUR / 2
+    assert_allclose(found.time[-1], lasts + HOUR, rtol=1e-6)
+    behind = [np.interp(lasts, found.time, rise) for rise in found.rise.T]
+    assert_allclose(behind, planned.rise[-1], rtol=0.03, atol=1e-3)
+    assert np.all(found.rise[-1, [0, 2]] < behind[0:3:2])

@@ -9,7 +9,7 @@ from compgen.job.job import Job
 from compgen.job.uncertainty import is_taught_with
 from compgen.pipelines.study.geometry import band_at_samples, displacement, plan_geometry, some_samples
 from compgen.pipelines.uncertainty.not_known import WorkSetting, setting_of
-from compgen.thermal import rise_history
+from compgen.thermal import Duty, rise_history
 from compgen.thermal.ensemble import Start, duties_before, mean_rises
 from compgen.verification.band import Band
 
@@ -41,8 +41,10 @@ def timeline(job: Job) -> Timeline:
     """
     geometry = plan_geometry(job)
     history = job.history
-    duties = [*history.before, *history.cycle, *history.after]
-    end = max(sum(d.duration for d in duties), history.clock + float(geometry.prepared.timing.time[-1]))
+    run = Duty("moving", job.feed, float(geometry.prepared.timing.time[-1]))
+    cycle = history.cycle or (job.heat.mean_losses(lambda: geometry.motion).warming(run),)
+    duties = [*history.before, *cycle, *history.after]
+    end = max(sum(d.duration for d in duties), history.clock + run.duration)
     edges = np.cumsum([0.0, *(d.duration for d in duties)])
     even = np.linspace(0.0, end, POINTS)
     time = np.unique(np.concatenate([even, edges[edges <= end] if len(edges) < POINTS else even]))
