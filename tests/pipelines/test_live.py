@@ -187,6 +187,25 @@ def test_stretches_that_keep_to_the_shifts_have_their_sliders(model):
     assert {"moving", "idle", "off"} == {duty.state for duty in before}
 
 
+def test_settings_that_the_files_refuse_are_not_compared_at():
+    """Six hours from 5 o'clock on fall into the shift; a warm-up of less than one does not."""
+    live_job = built("line_y", "shift=[{from_h=6,to_h=14}]", "before.0.shifts=true", "ambient.clock_h=5")
+    hours = kinds(live_job).index("duration")
+    drawn = [setting[hours] for setting in drawn_settings(live_job.live.day.sliders)]
+    agreement = check_agreement(live_job)
+    compared = [setting[hours] for setting in agreement.settings[1:]]
+    assert compared == [h for h in drawn if h > 1] != drawn
+    assert agreement.largest < 0.05 * UM
+
+
+def test_a_late_start_can_be_moved_as_far_as_files_take_it():
+    live_job = built("line_y", "start.delay_min=600")
+    (slider,) = [slider for slider in live_job.live.day.sliders if slider.kind == "delay"]
+    assert (slider.value, slider.high) == (600, 960)
+    assert len(check_agreement(live_job).settings) == 21
+    load_job(path_file("line_y"), overrides=["start.delay_min=960"])
+
+
 def test_hours_that_would_move_the_shifts_of_the_cycle_have_no_slider():
     cycle = 'cycle=[{state="moving",repeat=40,dwell_s=600,shifts=true}]'
     live_job = built("line_y", SHIFTS, 'before=[{state="moving",program="line_x",repeat=60,shifts=true}]', cycle)

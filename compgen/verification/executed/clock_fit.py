@@ -72,7 +72,7 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
         noise: Of the positions [m].
     """
     stands = standing_rows(course, time, arc, noise)
-    stops = course.arc[course.stop]
+    stops = course.arc[course.rests]
     nearest = stops[nearest_rows(stops, np.array([arc[a] for a, _ in stands]))]
     holds = [stand for stand, stop in zip(stands, nearest, strict=True) if abs(arc[stand[0]] - stop) > NEAR_STOP]
     held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
@@ -314,7 +314,7 @@ class _Between:
     def stand(self, k: int, beyond: float) -> Stand:
         """Where the robot stood in one of them."""
         course, a, nodes = self.steady.course, self.a[k], slice(self.first[k], self.last[k])
-        stops, is_hold = course.arc[nodes][course.stop[nodes]], bool(self.is_hold[k])
+        stops, is_hold = course.arc[nodes][course.rests[nodes]], bool(self.is_hold[k])
         at = self.held[np.searchsorted(self.held, self.steady.arc[a])] if is_hold or not len(stops) else stops[0]
         return Stand(float(self.steady.time[a]), float(at), beyond, float(self.waits[k]), not is_hold)
 
@@ -351,7 +351,7 @@ def _other_stands(
     """Where the robot stood between the first and the last row that is on its way, and no steady runs tell of it."""
     on_way = np.flatnonzero((arc > course.arc[0] + AT_REST) & (arc < course.arc[-1] - AT_REST))
     others = []
-    stops = np.flatnonzero(course.stop)
+    stops = np.flatnonzero(course.rests)
     for a, b in still:
         if a == 0 or b == len(time) - 1:
             continue  # before and behind the program
@@ -386,7 +386,7 @@ def stop_costs(course: ProgramCourse) -> Array:
     clock = course.counted_clock() if course.counted else course.cruise
     cost = np.zeros(len(course.arc))
     if len(stops) > 1:
-        half = np.maximum(np.diff((course.planned - clock)[stops]) - course.wait[stops[:-1]], 0.0) / 2
+        half = np.maximum(np.diff((course.planned - clock - cumulated(course.wait)[:-1])[stops]), 0.0) / 2
         cost[stops[:-1]] += half
         cost[stops[1:]] += half
     return cost

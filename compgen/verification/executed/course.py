@@ -71,6 +71,11 @@ class ProgramCourse:
     settles: bool = False  # whether stops cost what smoothing takes to settle, at any override; else ramps
 
     @property
+    def rests(self) -> BoolArray:
+        """Nodes at which the program stops, or waits behind CNT, (N,)."""
+        return self.stop | (self.wait > 0)
+
+    @property
     def length(self) -> float:
         """Of the whole course [m]."""
         return float(self.arc[-1])
