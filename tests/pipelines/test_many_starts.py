@@ -211,7 +211,9 @@ def test_the_start_window_is_the_interval_and_stands_in_the_text(delays, wide):
     assert b"!RUN AT 50 TO 100% OVERRIDE ;" in wide[1].text
     assert b"!RUN AT 100% OVERRIDE ;" in delays[1].text
     _, later = averaged("compensation.average_over={delay_s=[600, 1200]}")
-    assert b"start 600 to 1200 s after that" in later.text
+    assert b"start 600-1200 s after that" in later.text
+    _, latest = averaged("compensation.average_over={delay_s=[10000, 57600]}")
+    assert b"!start 10000-57600 s after that ;" in latest.text
     # the warmth in the remarks is that of the planned start, from which delays count
     assert [r for r in delays[1].program.remarks if "rise" in r] == [
         r for r in averaged()[1].program.remarks if "rise" in r
@@ -352,7 +354,7 @@ def test_the_first_page_may_start_within_the_interval():
     assert_allclose(first.rise, plain.starts[0].rise, atol=1e-9)  # from there delays count
     assert np.all(second.rise < plain.starts[1].rise)
     page = dict(corrected.delivery.files)[f"{corrected.program.name}_01.LS"]
-    assert b"start 60 to 900 s after that" in page
+    assert b"start 60-900 s after that" in page
 
 
 def test_thinned_programs_are_flown_as_well():

@@ -138,7 +138,7 @@ def start_remarks(job: Job, window: float) -> list[str]:
     if ensemble is None:
         return [NOT_CORRECTED if nothing_to_correct(job.cell) else f"start within {int(window)} s of that"]
     early, late = ensemble.delay
-    start = f"start {early:.0f} to {late:.0f} s after that" if early > 0 else f"start within {int(window)} s of that"
+    start = f"start {early:.0f}-{late:.0f} s after that" if early > 0 else f"start within {int(window)} s of that"
     if ensemble.runs == (0, 0):
         return [start]
     first, last = (run + 1 for run in ensemble.runs)
