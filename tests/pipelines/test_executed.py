@@ -146,6 +146,21 @@ def test_a_program_of_others_is_judged_on_its_lines_and_arcs(tmp_path, robot):
     assert stand.duration == pytest.approx(0.0, abs=0.15)
 
 
+@pytest.mark.parametrize("override", [1.0, 0.5])
+def test_a_wait_behind_cnt_is_planned_once_and_no_hold(tmp_path, robot, override):
+    """A second too much was planned of two, and *the robot stood where the program does not stop* was said."""
+    places = [(1000, -300, -100), (1300, -300, -100), (1300, 200, -100), (1000, 200, -80), (1000, -250, -80)]
+    points = [ls_text.cartesian(n, (*place, 180.0, 0.0, 0.0)) for n, place in enumerate(places, 1)]
+    ways = ["100mm/sec FINE", "100mm/sec FINE", "150mm/sec CNT100", "150mm/sec CNT100", "60mm/sec FINE"]
+    moves = [f"L P[{n}] {way}" for n, way in enumerate(ways, 1)]
+    content = ls_text.program([*moves[:3], "WAIT   2.00(sec)", *moves[3:]], points)
+    course = course_of_text(content, robot, default_frames())
+    driven = replace(course, stop=course.stop | (np.arange(5) == 2))
+    run = judged(tmp_path, robot, content, by_steps(driven, logs.Run(ramp=0.25, override=override, wait={2: 2.0})))
+    assert [(s.planned, s.at_stop) for s in run.clock.stands] == [(2.0, True)]
+    assert run.clock.took == pytest.approx(run.clock.expected, abs=0.3)
+
+
 @pytest.mark.parametrize("override", [0.5, 0.1])
 def test_what_a_smoothed_stop_takes_no_override_stretches(tmp_path, robot, override):
     """Means settle as long at any override: at 50 % stops were planned to take twice as long, and a warning said so."""
