@@ -73,7 +73,7 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
             unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
     held |= np.isin(row, np.flatnonzero(np.isin(p.line, [u.line for u in unsafe])))
     for number, text in other_statements(program) if len(poses.row) else []:
-        named_here = _around(text, program, row, settled=number in poses.placements.settled)
+        named_here = _around(without_words(text), program, row, settled=number in poses.placements.settled)
         new = named_here & ~held
         if number not in named:
             unsafe += _used_as_value(number, text, held=bool(new.any()))
@@ -108,7 +108,7 @@ def _motions(program: LsProgram, traversal: DrivenProgram, stations: IntArray | 
 
 def _used_as_value(number: int, text: str, *, held: bool) -> list[Unsafe]:
     """A statement on a line that holds stations, or may use any position as a value."""
-    short = " ".join(text.rstrip("; ").split())[:60]
+    short, text = " ".join(text.rstrip("; ").split())[:60], without_words(text)
     if held:
         return [Unsafe(number, short, "it uses a position as a value, which is left as it is")]
     if is_unknown(text) and POSITION.search(text):
@@ -231,11 +231,11 @@ def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
     stretches = []
     m = program.motions
     with_options = [
-        (line, without_words(options))
+        (line, options)
         for line, options, off in zip(m.line.tolist(), m.options, m.disabled.tolist(), strict=True)
         if options and not off
     ]
-    statements = sorted(other_statements(program) + with_options)
+    statements = [(line, without_words(text)) for line, text in sorted(other_statements(program) + with_options)]
     for diversion in DIVERSIONS:
         start: int | None = None
         for number, text in statements:

@@ -27,7 +27,7 @@ from compgen.fanuc.analysis.watermark import mark_of
 from compgen.fanuc.listing.lines import letters
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
+from compgen.fanuc.vocabulary import POSITION, RATES, TIMES, without_words
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.registers import Register
@@ -119,7 +119,7 @@ def _uses(program: LsProgram, targets: IntArray) -> dict[str, Any]:
     """Which positions are there, which of them motions and other statements name, and which are not there."""
     used, uses = _distinct(targets[targets >= 0])
     defined, _ = _distinct(program.positions.number)
-    mentioned = [int(n) for _, text in other_statements(program) for n in POSITION.findall(text) if n]
+    mentioned = [int(n) for _, text in other_statements(program) for n in POSITION.findall(without_words(text)) if n]
     read = np.isin(defined, used) | np.isin(defined, mentioned)
     return {
         "defined": len(defined),

@@ -14,7 +14,7 @@ from compgen.fanuc.listing.lines import letters, line_of
 from compgen.fanuc.listing.listing import LsProgram, head_text, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of, unsafe_options, without_offsets
-from compgen.fanuc.vocabulary import OFFSET_CONDITIONS, UNSAFE_HEADERS, is_unknown, unsafe_words
+from compgen.fanuc.vocabulary import OFFSET_CONDITIONS, UNSAFE_HEADERS, is_unknown, unsafe_words, without_words
 from compgen.robot.configuration import CONFIG
 
 AS_LISTED = Placements()
@@ -112,7 +112,7 @@ def _others(program: LsProgram, placements: Placements) -> list[Unsafe]:
     conditions = [c for c in OFFSET_CONDITIONS if any(map(c.option.search, active_options))]
     findings = []
     for number, text in other_statements(program):
-        reasons = unsafe_words(text, frames=number not in placements.settled)
+        reasons = unsafe_words(without_words(text), frames=number not in placements.settled)
         reasons += [c.reason for c in conditions if c.pattern.match(text)]
         if program.is_german and is_unknown(text):
             reasons.append("a macro, or a German word that is not known: it may change the executed path")

@@ -21,7 +21,7 @@ from compgen.fanuc.listing.motions import Motions, read_motions
 from compgen.fanuc.listing.position_parser import skip_blanks
 from compgen.fanuc.listing.positions import ListedPositions, read_positions
 from compgen.fanuc.listing.templates import FEW_TEXTS
-from compgen.fanuc.vocabulary import CONTINUATION, GERMAN_HEAD, REMARKS, without_words
+from compgen.fanuc.vocabulary import CONTINUATION, GERMAN_HEAD, REMARKS
 
 _BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
 _TRANSLATED = re.compile(
@@ -138,7 +138,7 @@ def edited(program: LsProgram, edits: dict[tuple[int, int], bytes]) -> LsProgram
 
 
 def other_statements(program: LsProgram) -> list[tuple[int, str]]:
-    """Line and text of each statement but motions and remarks, wrapped ones as one; comments and names left out."""
+    """Line and text of each statement that is neither motion nor remark, wrapped ones as one; comments left out."""
     data, place = program.data, program.place
     other = np.flatnonzero(~np.isin(program.statements, program.motions.line))
     statements = []
@@ -149,7 +149,7 @@ def other_statements(program: LsProgram) -> list[tuple[int, str]]:
             continue
         if ";" not in text:
             text += _continuation(data, stop, int(place[k + 1]) if k + 1 < len(place) else len(data))
-        statements.append((line, without_words(text)))
+        statements.append((line, text))
     return statements
 
 
