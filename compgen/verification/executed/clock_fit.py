@@ -195,8 +195,8 @@ def _cruising(
 ) -> BoolArray:
     """Rows at steady speed, (M,): on judged ways, away from both ends of their run, and from stands.
 
-    Rows of runs that ramps slow down a lot count only where there are few others, and those of a short straight line
-    only where its middle half is driven as fast as its middle quarter: else it is all ramps.
+    Rows of runs that ramps slow down a lot count only where there are few others, and of a short straight line those
+    of its middle half, or quarter, only where half of that is driven no faster: else it is ramps.
 
     Args:
         time: Log's clock, (M,) [s].
@@ -222,13 +222,11 @@ def _cruising(
     ramps = np.maximum(planned - alone, 0.0)
     slower, quarter = (last - first) / np.maximum(planned, NODE), (last - first) / 4
     margin = np.maximum(RAMP_TIME, ramps * np.clip(slower, 1.0, 100.0) + SETTLING)
-    half, middle = (
-        np.interp((first + last) / 2 + share * quarter, time, shown)
-        - np.interp((first + last) / 2 - share * quarter, time, shown)
-        for share in (1.0, 0.5)
-    )
-    is_steady = ~runs.is_line[of] | (margin <= quarter) | (2 * middle - half <= SAME_RATE * half + 10 * blur)
-    margin = np.minimum(margin, quarter)
+    places = (first + last) / 2 + quarter * np.array([1.0, 0.5, 0.25, -1.0, -0.5, -0.25])[:, None]
+    span = np.interp(places[:3], time, shown) - np.interp(places[3:], time, shown)  # half, quarter and eighth
+    is_flat = 2 * span[1:] - span[:-1] <= SAME_RATE * span[:-1] + 10 * blur
+    is_wide = ~runs.is_line[of] | (margin <= quarter) | is_flat[0]
+    is_steady, margin = is_wide | is_flat[1], np.where(is_wide, np.minimum(margin, quarter), 1.5 * quarter)
     index = np.repeat(np.arange(len(begins)), ends - begins + 1)
     inside = (
         (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0) & judged & is_steady[index]
