@@ -559,3 +559,21 @@ def test_joint_3_runs_on_past_200_degrees_as_the_same_program_taught_by_joints_h
     assert untold[0].startswith("J2 + J3 stands at 202 or -158 deg, CONFIG does not say at which; 202 is taken")
     assert len(untold) == sum(place[1] + place[2] >= 200 for place in places)
     assert not any("J2 + J3" in u.reason for u in plans[1].scope.unsafe)
+
+
+@pytest.mark.parametrize(
+    ("source", "insert"),
+    [({"hysteresis.width_mdeg": [20] * 6, "hysteresis.backlash_mdeg": [5] * 6}, 1e-6),
+     ({"link_offsets.a_um": [0, 3100, 0, 0, 0, 0]}, 5e-6)],
+)  # fmt: skip
+def test_points_that_leave_more_uncorrected_are_not_put_in(source, insert):
+    """Of 60 places 59 went back to the planned ones, *inside*; at the clamp 29500 points were asked for."""
+    cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"), tuple(f"sources.{key}={v}" for key, v in source.items()))
+    places = [cartesian(n, (1000 + 5 * i, -150 + 0.02 * i * i, -100, 180, 0, 0)) for n, i in enumerate(range(60), 1)]
+    moves = [f"L P[{n}] 100mm/sec {'FINE' if n in (1, 60) else 'CNT100'}" for n in range(1, 61)]
+    data = program(moves, places)
+    result = corrected(data, cell, insert=insert)
+    assert changed(data, result) >= set(range(1, 61))
+    assert result.added < 100
+    assert not result.plan.stations.held
+    assert any("midway; teach points between" in f.message for f in result.findings)

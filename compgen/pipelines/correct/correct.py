@@ -32,11 +32,7 @@ from compgen.fanuc.editing.insertion import (
     split_positions,
 )
 from compgen.fanuc.editing.numbers import NewPoses, number_edits
-from compgen.fanuc.editing.shared_positions import (
-    SharedCorrections,
-    assign_new_positions,
-    midway_deviation,
-)
+from compgen.fanuc.editing.shared_positions import SharedCorrections, assign_new_positions, midway_deviation
 from compgen.job.job import Cell
 from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.correction_findings import correction_findings
@@ -151,24 +147,35 @@ class _Task:
 
 def _with_new_positions(plan: CorrectionPlan, task: _Task) -> CorrectionPlan:
     """The plan of the program with the points and positions that the options ask for: put in, and parted."""
-    program, options, robot = plan.program, task.options, task.cell.robot
+    options, robot = task.options, task.cell.robot
+    last = int(plan.program.positions.number.max(initial=0))
     for _ in range(MAX_ROUNDS if options.insert is not None else 0):
         pieces = _pieces_needed(plan, task.cell, options.insert or 1.0)
         if not (pieces > 1).any():
             break
         read = partial(task.around.poses, robot=robot)
-        program = insert_points(program, plan.poses, plan.drive, pieces, robot, read)
+        program = insert_points(plan.program, plan.poses, plan.drive, pieces, robot, read)
         if not (says_override(program) or options.raised):
             overrides = (1.0,) if options.ensemble is None else options.ensemble.overrides
             program = insert_remark(program, running_override(overrides))
-        plan = _plan_correction(program, task)
+        cut = _plan_correction(program, task)
+        if _shortfall(cut, task, last) >= _shortfall(plan, task, last):  # so short lines are not to be bent like that
+            break
+        plan = cut
     if not options.split:
         return plan
-    first = int(program.positions.number.max(initial=0)) + 1
+    first = int(plan.program.positions.number.max(initial=0)) + 1
     new_positions = assign_new_positions(plan.poses, plan.drive, plan.free, plan.stations.correction, first)
     if not new_positions:
         return plan
-    return _plan_correction(split_positions(program, plan.poses, plan.drive, new_positions), task)
+    return _plan_correction(split_positions(plan.program, plan.poses, plan.drive, new_positions), task)
+
+
+def _shortfall(plan: CorrectionPlan, task: _Task, last: int) -> tuple[int, float]:
+    """Stations at positions up to a number that are corrected, negative; how far ways that may be cut stray midway."""
+    pieces = _pieces_needed(plan, task.cell, task.options.insert or 1.0)[straight_ways(plan)]
+    corrected = plan.poses.number[plan.drive.pose[plan.free]] <= last
+    return -int(corrected.sum()), float(_midway_deviations(plan, task.cell)[pieces > 1].max(initial=0.0))
 
 
 def _plan_correction(program: LsProgram, task: _Task) -> CorrectionPlan:
@@ -227,8 +234,7 @@ def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray
     """Into how many pieces each straight way must be cut, (S,): its deviation falls with the square of their count."""
     pieces = np.ones(len(plan.free), dtype=np.int64)
     ways = straight_ways(plan)
-    if len(ways):
-        pieces[ways] = np.ceil(np.sqrt(_midway_deviations(plan, cell) / allowed)).astype(np.int64).clip(1, MAX_PIECES)
+    pieces[ways] = np.ceil(np.sqrt(_midway_deviations(plan, cell) / allowed)).astype(np.int64).clip(1, MAX_PIECES)
     return allowed_pieces(plan.program, plan.poses, plan.drive, pieces)
 
 
@@ -390,8 +396,5 @@ def _read_mark(program: LsProgram, task: _Task) -> Mark:
 def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:
     """How far the correction wanted midway on straight ways is from the line between their ends, (n,) [m]."""
     ways = straight_ways(plan)
-    if not len(ways):
-        return np.zeros(0)
-    return midway_deviation(
-        plan.stations.correction, _midway_corrections(plan, cell, ways), ways, plan.drive.origin[ways]
-    )
+    wanted = _midway_corrections(plan, cell, ways)
+    return midway_deviation(plan.stations.correction, wanted, ways, plan.drive.origin[ways])

@@ -247,7 +247,8 @@ def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:
         stray = straight_ways(plan)[deviation > MAX_DEVIATION]
         halves = np.where(np.isin(np.arange(len(plan.free)), stray), 2, 1)
         closed = np.setdiff1d(stray, np.flatnonzero(allowed_pieces(plan.program, plan.poses, drive, halves) > 1))
-        mend = "--insert UM puts points into them" if len(closed) < len(stray) else "teach points between"
+        finer = len(closed) < len(stray) and deviation.max() <= (result.options.insert or np.inf)
+        mend = "--insert UM puts points into them" if finer else "teach points between"
         mend += f"; --insert puts none into {_lines_at(result, closed)}" if len(closed) else ""
         message = f"straight lines between corrected ends stray by up to {deviation.max() / UM:.1f} um midway"
         yield Finding.of(Code.CORRECTION_STRAIGHT, f"{message}; {mend}")
@@ -255,8 +256,7 @@ def _line_findings(result: Correction, deviation: Array) -> Iterator[Finding]:
     short &= drive.written < (1 - SAME_FEED) * result.cell.robot.controller.period
     if short.any():
         message = f"{counted(int(short.sum()), 'straight line is', 'straight lines are')} shorter than speed x the "
-        message += "interpolation period: the robot will be slower there"
-        yield Finding.of(Code.TIMING_SHORT, message)
+        yield Finding.of(Code.TIMING_SHORT, f"{message}interpolation period: the robot will be slower there")
 
 
 def _way_findings(result: Correction) -> Iterator[Finding]:
