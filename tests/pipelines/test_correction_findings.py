@@ -218,6 +218,16 @@ def test_moves_and_turns_are_clamped_each_for_itself():
     assert reason.startswith("its correction is beyond the clamp")
 
 
+@pytest.mark.parametrize(("each", "held"), [(2.1, False), (2.2, True)])
+def test_the_clamp_is_of_the_whole_move(each, held):
+    """The base stands off in x and y: 2.97 and 3.11 mm of the 3 mm that are allowed; each axis alone was looked at."""
+    off = [f"sources.base_frame.position_um=[{1000 * each}, {1000 * each}, 0]"]
+    cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"), [*off, "sources.base_frame.rotation_mdeg=[0, 0, 0]"])
+    data = program(MOVES[:1], [at(1, HOME)])
+    stations = corrected(data, cell, before=()).plan.stations
+    assert bool(stations.held) is held
+
+
 def test_of_a_plain_program_without_a_bound_nothing_else_is_said(result):
     """It has too few places for the mark, and its robot file has no [motion]."""
     assert [f.code for f in result.findings] == ["correction.mark", "motion.unknown", "bounds.none"]

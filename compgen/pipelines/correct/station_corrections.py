@@ -238,8 +238,7 @@ def _illegal_corrections(
     rows = np.flatnonzero(free)
     c, q, planned = correction[rows], theta[rows], poses.theta[pose[rows]]
     with np.errstate(invalid="ignore"):
-        clamped = ~(np.abs(c[:, :3]).max(axis=1) <= settings.clamp_position)
-        clamped |= ~(np.abs(c[:, 3:]).max(axis=1) <= settings.clamp_rotation)
+        clamped = ~(norm(c[:, :3]) <= settings.clamp_position) | ~(norm(c[:, 3:]) <= settings.clamp_rotation)
         over = np.maximum(robot.lower - q, q - robot.upper)
         hits_itself = ~robot.is_clear(q)
         turn = np.abs(nearest_turns(q, planned) - planned)
