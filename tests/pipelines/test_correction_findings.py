@@ -7,7 +7,7 @@ import naive_ls
 import numpy as np
 import pytest
 from corrected import HOME, corrected, joints, pose
-from ls_text import at, joint_form, program
+from ls_text import at, cartesian, joint_form, program
 from shipped import ROOT
 
 from compgen.compensation.problem import Settings
@@ -226,6 +226,19 @@ def test_the_clamp_is_of_the_whole_move(each, held):
     data = program(MOVES[:1], [at(1, HOME)])
     stations = corrected(data, cell, before=()).plan.stations
     assert bool(stations.held) is held
+
+
+def test_of_a_corner_half_is_left_at_half_the_speed():
+    """Its rounding by means is v f(t): it halves with v, where a bend longer than the means keeps a quarter."""
+    cell, led = load_cell(str(ROOT / "robots" / "m710ic50.toml")), []
+    places = [(1100, -200, -100, 180, 0, 0), (1100, 100, -100, 180, 0, 0), (1300, 100, -100, 180, 0, 0)]
+    points = [cartesian(n, place) for n, place in enumerate(places, 1)]
+    for speed in (103.0, 51.5):
+        moves = ["J P[1] 10% FINE", f"L P[2] {speed}mm/sec CNT100", f"L P[3] {speed}mm/sec FINE"]
+        (message,) = (f.message for f in corrected(program(moves, points), cell).findings if f.code == "motion.unknown")
+        led.append(float(message.partition("off this path by ")[2].partition(" um")[0]))
+        assert "at 50 % override a quarter of it is left, at corners half; log" in message
+    assert led[0] / led[1] == pytest.approx(2.0, rel=1e-3)
 
 
 def test_of_a_plain_program_without_a_bound_nothing_else_is_said(result):

@@ -70,8 +70,8 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         span = span_words(size, _um(effect.lowest), _um(effect.highest))
         message = (
             f"the controller is expected to lead the tool off this path by {size} um ({span}), {place}, by "
-            f"{BASIS[effect.expected.evidence]}; nothing is corrected for it; at {HALF / PERCENT:.0f} % override it is "
-            "a quarter, half at corners; log a run for cgen identify-motion, or drive slower"
+            f"{BASIS[effect.expected.evidence]}; not corrected for; at {HALF / PERCENT:.0f} % override a quarter "
+            "of it is left, at corners half; log a run for cgen identify-motion, or drive slower"
         )
         return [Finding(level, Code.MOTION_UNKNOWN, message)]
     words = motion_words(effect.motion)
@@ -80,7 +80,8 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
         left = "" if at_half is None else f": there {_um(at_half)} um are left on the part"
         message = (
             f"the program is made for 100 % override: it is commanded up to {size} um off its path against {WHAT} "
-            f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override{left}"
+            f"({words}), of which {100 * (1 - QUARTER):.0f} % are wrong at {HALF / PERCENT:.0f} % override, at corners "
+            f"{100 * (1 - HALF):.0f} %{left}"
         )
         return [Finding(Level.WARNING if beyond else Level.NOTE, Code.MOTION_PREDISTORTED, message)]
     message = (
