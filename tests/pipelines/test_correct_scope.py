@@ -124,6 +124,15 @@ def test_what_changes_nothing_is_not_listed(statement, hot):
     assert not any(f.code == "program.called" and "P_1" not in f.message for f in result.findings)
 
 
+def test_a_position_that_no_motion_drives_to_is_not_unsafe(hot):
+    """P[9] lies 10 m away: --strict refused the program for it."""
+    points = [*(at(n, np.array(HOME) + n) for n in (1, 2)), cartesian(9, (10_000, 0, 0, 180, 0, 0))]
+    moves = ["J P[1] 10% FINE", "L P[2] 50mm/sec FINE"]
+    assert changed(program(moves, points), corrected(program(moves, points), hot, strict=True)) == {1, 2}
+    with pytest.raises(InputError, match=r"P.9.: it is .* out of reach"):
+        corrected(program([*moves, "L P[9] 50mm/sec FINE"], points), hot, strict=True)
+
+
 def test_after_a_stretch_ends_motions_are_corrected_again(hot):
     data = three("Weave Sine[1]", "L P[1] 50mm/sec FINE", "Weave End", "L P[2] 50mm/sec FINE")
     assert changed(data, corrected(data, hot)) == {2, 3}

@@ -67,9 +67,10 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
     row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
     if len(poses.row) and robot is not None:
         held |= ~np.isfinite(poses.theta[pose]).all(axis=1)
+    driven = set(traversal.pose.tolist())
     for k, reason in _unfit(program, poses, robot):
         i = int(poses.row[k])
-        if int(p.line[i]) not in named:
+        if k in driven and int(p.line[i]) not in named:
             unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
     held |= np.isin(row, np.flatnonzero(np.isin(p.line, [u.line for u in unsafe])))
     for number, text in other_statements(program) if len(poses.row) else []:
