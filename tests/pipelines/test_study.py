@@ -107,6 +107,17 @@ def test_scenarios_that_change_temperatures_share_their_geometry(study):
     assert len({geometry_key(s) for s in feeds.scenarios}) == 2
 
 
+def test_sweeps_that_run_in_for_another_rate_are_another_geometry():
+    raster = path_file("optic_raster")
+    play = "robot.sources.hysteresis={backlash_mdeg=[2,2,2,2,2,2], width_mdeg=[10,10,10,10,10,10]}"
+    base = (play, "path.stepover_mm=5")
+    study = build(raster, None, base, ("compensation.rate_um_mm=1,100",), None, correct=False)
+    planned = [generate.predict(load_job(raster, overrides=[*base, *s.overrides()]), quiet) for s in study.scenarios]
+    counts = [len(one.theta) for one in planned]
+    assert [row["waypoints"] for row in rows_of(study)] == counts
+    assert counts[0] != counts[1]
+
+
 @pytest.mark.parametrize(("path", "motion"), [(PATH, "[]"), (path_file("circle_1300"), "[200, 100]")])
 def test_the_shared_ride_is_the_twins_own(path, motion):
     smoothed = f"robot.motion={{moving_average_ms={motion}}}"

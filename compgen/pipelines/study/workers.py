@@ -33,6 +33,7 @@ KEPT = 4  # geometries at a time
 #: tables whose keys leave path, joints and timing alone: what the cell did, and what comes of it
 OF_DAY = ("before", "cycle", "after", "shift", "start", "ambient", "log")
 WARM = (*OF_DAY, "bounds", "compensation", "title", "robot.thermal")
+RUN_IN = ("compensation", "compensation.rate_um_mm")  # but for these: how early sweeps begin, where joints have play
 CHUNK = 20  # scenarios of one geometry that go to a worker together
 ANSWER = 10.0  # [s] that a cluster has to answer
 
@@ -66,7 +67,9 @@ class Shared:
 
 def geometry_key(scenario: Scenario) -> tuple[tuple[str, str], ...]:
     """The values that path, joints and timing depend on."""
-    return tuple((k, v) for k, v in scenario.values if not any(k == w or k.startswith(f"{w}.") for w in WARM))
+    return tuple(
+        (k, v) for k, v in scenario.values if k in RUN_IN or not any(k == w or k.startswith(f"{w}.") for w in WARM)
+    )
 
 
 def evaluate(study: Study, scenario: Scenario, shared: Shared) -> StudyRow:
