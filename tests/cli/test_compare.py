@@ -37,6 +37,8 @@ RUNS = {
     ),
     "asked": ("whatif", LINE, "--ask", "contributions", "--no-live"),
     "asked_at_2": ("whatif", LINE, "--ask", "contributions", "--no-live", "--set", "before.0.duration_h=2"),
+    "soon": ("whatif", LINE, "--ask", "warmup", "--within-um", "5", "--no-live"),
+    "late": ("whatif", LINE, "--ask", "warmup", "--within-um", "0.01", "--no-live"),
     "day": ("heat", LINE),
     "duty": ("heat", LINE, "--set", "before.0.duty=0.5"),
 }
@@ -56,6 +58,15 @@ def compared(home, a, b, *options):
     done = run("compare", a, b, "--json", *options, cwd=home)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+def test_other_answers_are_no_equal_studies(home):
+    told = compared(home, "soon", "late")
+    (answer,) = told["error"]
+    assert (told["equal"], answer["key"], answer["same"]) == (False, "answer.0", False)
+    for side, folder in (("a", "soon"), ("b", "late")):
+        assert answer[side] == json.loads((home / folder / "whatif.json").read_text())["answers"][0]
+    assert answer["a"] != answer["b"]
 
 
 def printed_positions(text):

@@ -123,6 +123,8 @@ def _of_study(record: Mapping[str, Any]) -> ReportNumbers:
     error = _extremes(done, ("before_on_part_max_um", "after_on_part_max_um", "band_um"))
     inside = [row["inside"] for row in done if "inside" in row]
     error |= {"outside": inside.count(False)} if inside else {}
+    asked = record["answers"][1 if record["keys"] else 0 : -1]  # behind the scenarios', before what none says
+    error |= {f"answer.{n}": one_line(str(answer)) for n, answer in enumerate(asked)}
     return ReportNumbers(
         error, _extremes(done, ("duration_s",)), {"scenarios": len(rows), "failed": len(rows) - len(done)}
     )
