@@ -39,8 +39,7 @@ def timeline(job: Job) -> Timeline:
     A run warms the robot by what its duty says; within one run the rises are taken as those at its start, which is what
     differs from run to run.
     """
-    geometry = plan_geometry(job)
-    history = job.history
+    geometry, history = plan_geometry(job), job.history
     run = Duty("moving", job.feed, float(geometry.prepared.timing.time[-1]))
     cycle = history.cycle or (job.heat.mean_losses(lambda: geometry.motion).warming(run),)
     duties = [*history.before, *cycle, *history.after]
