@@ -55,7 +55,7 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
     p, m = program.positions, program.motions
     unsafe = list(unsafe_statements(program, poses.placements))
     named = {u.line for u in unsafe}
-    line = m.line[traversal.motion]
+    line, driven = m.line[traversal.motion], set(traversal.pose.tolist())
     held = np.isin(line, list(named)) | (traversal.pose == NONE)
     unplaced = np.flatnonzero((traversal.pose == NONE) & ~np.isin(line, list(named)))
     untaught = _untaught(program, traversal, unplaced)
@@ -67,7 +67,6 @@ def read_scope(program: LsProgram, poses: Poses, traversal: DrivenProgram, robot
     row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
     if len(poses.row) and robot is not None:
         held |= ~np.isfinite(poses.theta[pose]).all(axis=1)
-    driven = set(traversal.pose.tolist())
     for k, reason in _unfit(program, poses, robot):
         i = int(poses.row[k])
         if k in driven and int(p.line[i]) not in named:
