@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, owns, rms
+from compgen.core.exceptions import InputError
 from compgen.core.stages import Progress
 from compgen.core.units import UM
 from compgen.job.job import Job
@@ -108,23 +109,31 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
 def check_agreement(live_job: LiveJob) -> Agreement:
     """Compare at the planned setting and at drawn ones: the job read anew with each, both texts flown by the twin.
 
+    A drawn setting that the files refuse, as where no shift is left to move in, is none to compare at.
+
     Raises:
-        CompgenError: A setting cannot be read or flown.
+        CompgenError: The planned setting cannot be read, or one cannot be flown.
     """
     live = live_job.live
-    settings = (planned_setting(live.day), *drawn_settings(live.day.sliders))
+    settings: list[SliderValues] = []
     texts = ((live_job.before, live.before), (live_job.after, live.after))
     errors: tuple[list[Array], list[Array]] = ([], [])
     band: list[float] = []
-    for setting in settings:
-        job = _job_at(live_job, setting)
+    for setting in (planned_setting(live.day), *drawn_settings(live.day.sliders)):
+        try:
+            job = _job_at(live_job, setting)
+        except InputError:
+            if not settings:
+                raise
+            continue
+        settings.append(setting)
         for rows, (flown, places) in zip(errors, texts, strict=True):
             shown = at(live, setting, places)
             rows.append(np.array([shown.max, shown.p99, shown.rms]) - _full(job, flown))
         geometry = live_job.before.geometry
         whole = band_at_samples(job, geometry, rise=geometry.rises(job)[some_samples(geometry)]).largest
         band.append(band_at(live, live_job.band, setting).largest - whole)
-    return Agreement(settings, np.array(errors[0]), np.array(errors[1]), np.array(band))
+    return Agreement(tuple(settings), np.array(errors[0]), np.array(errors[1]), np.array(band))
 
 
 def _job_at(live_job: LiveJob, setting: SliderValues) -> Job:

@@ -22,7 +22,7 @@ from compgen.thermal.tables import shifts_of, steps_of
 
 FEEDS = (10.0, 20.0, 30.0, 50.0, 75.0, 100.0, 125.0, 150.0, 175.0, 200.0, 250.0, 300.0)  # [mm/s] of a table
 MOST_FEED = 300.0  # [mm/s]
-LONGEST_DELAY = 120.0  # [min]
+LONGEST_DELAY, MOST_DELAY = 120.0, 960.0  # [min] unless the path's is longer, and that a path file takes
 AROUND = 10.0  # [K] that the air can be moved to either side
 MOST_RUNS = 200  # that a slider stops at
 IN_CYCLE = "Hours and runs of the warm-up: [[cycle]] keeps to the hours of [[shift]], at which it would begin later."
@@ -179,7 +179,7 @@ def _start(path: PathFile, job: Job) -> Sliders:
     run, delay = (1, 0.0) if path.start is None else (path.start.run, path.start.delay_min)
     if job.ensemble is not None:
         run, delay = run + job.ensemble.runs[0], delay + job.ensemble.delay[0] / MINUTE
-    most, runs = max(LONGEST_DELAY, 2 * delay), len(job.history.runs)
+    most, runs = min(max(LONGEST_DELAY, 2 * delay), MOST_DELAY), len(job.history.runs)
     of_delay = partial(Slider, kind="delay", key="start.delay_min", label="Start delay, servo on", unit="min")
     sliders = [of_delay(low=0, high=most, step=0.5, value=delay)]
     if runs == 1:
