@@ -1,5 +1,6 @@
 """What a cell does over a program's day: steps of the path file to stretches of duty, with their heat."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -124,13 +125,21 @@ def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]
 
 
 def _runs(pieces: Sequence[tuple[Step, Duty]], run_time: Callable[[Step], float]) -> tuple[float, ...]:
-    """When each run of the own program begins: all that fit into its moving stretches."""
-    starts, now = [], 0.0
+    """When each run of the own program begins: all that fit whole into its moving stretches, spread by their duty."""
+    starts, begins, now = [], [], 0.0
+    count: Counter[Step] = Counter()
     for step, duty in pieces:
         if duty.state == "moving" and not step.program:
             one = run_time(step)
-            starts += [now + k * one for k in range(max(1, int(duty.duration * duty.share / one + 1e-6)))]
+            whole = int(duty.duration * duty.share / one + 1e-6)
+            starts += [now + k * one / duty.share for k in range(whole)]
+            begins.append(now)
+            count[step] += whole
             if len(starts) > MOST_RUNS:
                 raise InputError(f"{step.key}: over {MOST_RUNS} runs of the program; make the cycle shorter")
         now += duty.duration
-    return tuple(starts) or (0.0,)
+    for step, runs in count.items():
+        if step.repeat is not None and runs < step.repeat:
+            within = f"{runs} of {step.repeat} runs fit into its {'shifts' if step.shifts else 'duty'}"
+            raise InputError(f"{step.key}.repeat: {within}; give a duration_h instead")
+    return tuple(starts or begins[:1]) or (0.0,)

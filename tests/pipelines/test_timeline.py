@@ -6,6 +6,7 @@ from naive_heat import rises
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
+from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
@@ -83,3 +84,39 @@ def test_a_program_without_a_cycle_runs_once_in_its_day(model):
     behind = [np.interp(lasts, found.time, rise) for rise in found.rise.T]
     assert_allclose(behind, planned.rise[-1], rtol=0.03, atol=1e-3)
     assert np.all(found.rise[-1, [0, 2]] < behind[0:3:2])
+
+
+SHIFT = ("shift=[{from_h=6,to_h=14}]", "before=[]")
+
+
+@pytest.mark.parametrize(
+    ("overrides", "count", "apart"),
+    [
+        (["before=[]", 'cycle=[{state="moving", duration_h=1, duty=0.5}]'], 30, 2.0),
+        ([*SHIFT, "ambient.clock_h=13.99", 'cycle=[{state="moving", duration_h=17, shifts=true}]'], 60, 1.0),
+        (["before=[]", 'cycle=[{state="moving", duration_h=0.001}]'], 1, 0.0),
+    ],
+)
+def test_runs_are_whole_and_spread_by_their_duty(overrides, count, apart):
+    """A line of an hour's sixtieth: in the 36 s before a shift ends there is time for none; one there is always."""
+    of_one = load_job(path_file("line_y"), overrides=["process.feed_mm_s=23"])
+    one = float(generate.predict(of_one, quiet).deviation().time[-1])
+    assert HOUR / 62 < one < HOUR / 60
+    runs = load_job(path_file("line_y"), overrides=[*overrides, "process.feed_mm_s=23"]).history.runs
+    assert len(runs) == count
+    assert_allclose(runs, apart * one * np.arange(count), rtol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("clock", "step", "words"),
+    [
+        (0, "repeat=12, duty=0.5", "cycle.0.repeat: 6 of 12 runs fit into its duty; give a duration_h"),
+        (0, "repeat=12, duty=0.5, dwell_s=1", "cycle.0.repeat: 0 of 12 runs fit into its duty"),
+        (13.99, "repeat=40, shifts=true", r"cycle.0.repeat: \d+ of 40 runs fit into its shifts"),
+    ],
+)
+def test_runs_that_their_day_has_no_time_for_are_refused(clock, step, words):
+    shift = SHIFT if clock else SHIFT[1:]
+    day = [*shift, f"ambient.clock_h={clock}", f'cycle=[{{state="moving", {step}}}]']
+    with pytest.raises(InputError, match=words):
+        load_job(path_file("line_y"), overrides=day)
