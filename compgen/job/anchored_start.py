@@ -116,8 +116,8 @@ def cell_with_log(cell: Cell, warmth: ThermalUncertainty) -> Cell:
     """The cell whose warmth a log tells: of a state, the base and what drifts are as it found them."""
     if (state := cell.state) is None:
         return replace(cell, warmth=warmth)
-    told = np.arange(len(state.covariance)) < len(state.nodes)
-    covariance = np.where(told | told[:, None], 0.0, state.covariance)
+    of_rises = np.arange(len(state.covariance)) < len(state.nodes)
+    covariance = np.where(of_rises | of_rises[:, None], 0.0, state.covariance)
     return replace(cell, warmth=warmth, state=replace(state, covariance=covariance))
 
 

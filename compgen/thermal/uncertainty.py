@@ -252,5 +252,10 @@ def carried(uncertainty: ThermalUncertainty, past: Past, heat: ArmHeat, change: 
     missing = replace(change, start=0 * change.start)
     own = added_rise(uncertainty, Past(heat, History(), past.feed), missing, np.array([past.passed]))
     left = added_rise(uncertainty, past, change, np.zeros(1)) - own
-    ago = past.passed / uncertainty.lag
-    return replace(change, start=np.where(ago < FORGOTTEN, left[0] * np.exp(np.minimum(ago, FORGOTTEN)), 0.0))
+    return replace(change, start=grown_back(left[0], past.passed / uncertainty.lag))
+
+
+def grown_back(change: Array, passed: Array) -> Array:
+    """What a change of each mode was so many of its time constants ago, (S,); none of one that has died away."""
+    remembered = passed < FORGOTTEN
+    return np.where(remembered, change * np.exp(np.where(remembered, passed, 0.0)), 0.0)

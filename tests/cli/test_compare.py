@@ -61,9 +61,9 @@ def compared(home, a, b, *options):
 
 
 def test_other_answers_are_no_equal_studies(home):
-    told = compared(home, "soon", "late")
-    (answer,) = told["error"]
-    assert (told["equal"], answer["key"], answer["same"]) == (False, "answer.0", False)
+    comparison = compared(home, "soon", "late")
+    (answer,) = comparison["error"]
+    assert (comparison["equal"], answer["key"], answer["same"]) == (False, "answer.0", False)
     for side, folder in (("a", "soon"), ("b", "late")):
         assert answer[side] == json.loads((home / folder / "whatif.json").read_text())["answers"][0]
     assert answer["a"] != answer["b"]

@@ -375,13 +375,13 @@ def test_a_tool_that_no_table_tells_of_a_joint_form_position_is_named(hot):
     long = np.eye(4)
     long[2, 3] = 500.0
     tool = Pose(long[:3, 3] / 1e3, long[:3, :3])
-    told, untold = (corrected(data, hot, Frames({0: STILL}, {n: tool})) for n in (1, 2))
-    for result, share in ((told, 1.0), (untold, 2.1)):
+    at_tip, at_flange = (corrected(data, hot, Frames({0: STILL}, {n: tool})) for n in (1, 2))
+    for result, share in ((at_tip, 1.0), (at_flange, 2.1)):
         left = missed_um(data, result.text, 1, None, ut=long)
         assert left == pytest.approx(share * 1e6 * result.residual.distance.max(), rel=0.01)
-    warned = [f.level for result in (told, untold) for f in result.findings if f.code == "text.joint_form"]
+    warned = [f.level for result in (at_tip, at_flange) for f in result.findings if f.code == "text.joint_form"]
     assert warned == [Level.NOTE, Level.WARNING]
-    assert any("judged at the flange: give the tool, utool 1, with --frames" in f.message for f in untold.findings)
+    assert any("judged at the flange: give the tool, utool 1, with --frames" in f.message for f in at_flange.findings)
 
 
 # Time runs --------------------------------------------------------------------------------------------------------

@@ -354,9 +354,9 @@ def test_what_a_state_left_open_of_warmth_fades_and_gives_way_to_a_log(copy, tmp
     log.write_text(f"time_s,j2_degC,link1_degC,j3_degC,wrist_degC,face_degC\n{readings}")
     written = read_written_job(copy)
     whole = plan_whole(job_of_pages(written), quiet)
-    told = resume(written, whole, 4, lambda known: begin_with_log(known, str(log)), "2026-01-31", quiet)
-    assert shares_of(told)["anchored state"] == pytest.approx(base, rel=1e-3)
-    assert shares_of(told)["temperature log"] > 10 * UM
+    by_log = resume(written, whole, 4, lambda known: begin_with_log(known, str(log)), "2026-01-31", quiet)
+    assert shares_of(by_log)["anchored state"] == pytest.approx(base, rel=1e-3)
+    assert shares_of(by_log)["temperature log"] > 10 * UM
 
 
 def shares_of(resumed):

@@ -89,11 +89,11 @@ def test_every_row_is_what_predict_says(study, rows):
     assert rows[5]["before_max_um"] > rows[4]["before_max_um"] > rows[0]["before_max_um"]
 
 
-@pytest.mark.parametrize("said", ['process.moves="arcs"', "process.thin_um=20"])
-def test_a_row_is_of_the_positions_that_the_planned_program_names(said):
+@pytest.mark.parametrize("override", ['process.moves="arcs"', "process.thin_um=20"])
+def test_a_row_is_of_the_positions_that_the_planned_program_names(override):
     circle = path_file("circle_1300")
-    (row,) = rows_of(build(circle, None, (said,), ("process.feed_mm_s=200",), None, correct=False))
-    planned = generate.predict(load_job(circle, overrides=[said]), quiet)
+    (row,) = rows_of(build(circle, None, (override,), ("process.feed_mm_s=200",), None, correct=False))
+    planned = generate.predict(load_job(circle, overrides=[override]), quiet)
     deviation = planned.deviation()
     assert row["waypoints"] == len(planned.theta)
     assert row["duration_s"] == pytest.approx(deviation.time[-1], rel=1e-5)
@@ -745,9 +745,9 @@ def test_the_play_of_the_joints_is_in_every_answer():
     changes, endless = [play, "process.feed_mm_s=100"], "before.0.duration_h=2000"
     job = load_job(PATH, overrides=changes)
     largest, final = (largest_on_part(PATH, *day) for day in (changes, [*changes, endless]))
-    told = [ASKS[key](job, 5 * UM).sentence for key in ("contributions", "steady")]
-    assert float(told[0].split("on the part, ")[1].split()[0]) == pytest.approx(largest, abs=1)
-    assert float(told[1].split("of the final ")[1].split()[0]) == pytest.approx(final, abs=1)
+    sentences = [ASKS[key](job, 5 * UM).sentence for key in ("contributions", "steady")]
+    assert float(sentences[0].split("on the part, ")[1].split()[0]) == pytest.approx(largest, abs=1)
+    assert float(sentences[1].split("of the final ")[1].split()[0]) == pytest.approx(final, abs=1)
     assert ask_passes(*changes, passes=[PATH]) == pytest.approx(largest, abs=1)
     assert timeline(job).error[0] / UM == pytest.approx(largest, abs=1)
 

@@ -78,12 +78,12 @@ def test_a_program_without_a_cycle_runs_once_in_its_day(model):
     day = ["before=[]", 'after=[{state="off", duration_h=1}]', f'robot.thermal.model="{model}"']
     job = load_job(path_file("line_y"), overrides=[*day, "process.feed_mm_s=0.5"])
     planned = generate.predict(job, quiet)
-    found, lasts = timeline(job), planned.deviation().time[-1]
+    heated, lasts = timeline(job), planned.deviation().time[-1]
     assert lasts > HOUR / 2
-    assert_allclose(found.time[-1], lasts + HOUR, rtol=1e-6)
-    behind = [np.interp(lasts, found.time, rise) for rise in found.rise.T]
+    assert_allclose(heated.time[-1], lasts + HOUR, rtol=1e-6)
+    behind = [np.interp(lasts, heated.time, rise) for rise in heated.rise.T]
     assert_allclose(behind, planned.rise[-1], rtol=0.03, atol=1e-3)
-    assert np.all(found.rise[-1, [0, 2]] < behind[0:3:2])
+    assert np.all(heated.rise[-1, [0, 2]] < behind[0:3:2])
 
 
 SHIFT = ("shift=[{from_h=6,to_h=14}]", "before=[]")

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from compgen.pipelines.resume.page_times import PageTimes
     from compgen.pipelines.resume.paged_run import PagedRun
     from compgen.pipelines.resume.result import Resumed
+    from compgen.pipelines.resume.written_job import WrittenJob
     from compgen.thermal.temperature_log import GrowingLog
 
 LONGEST_POLL = 3600.0  # s
@@ -206,7 +207,7 @@ def _load(
 
     finish_replacing(folder)
     written = read_written_job(folder)
-    manifest = _facts(folder / written.manifest_file)
+    manifest = _manifest_facts(folder, written)
     if not 0 <= watch.loaded <= len(written.pages):
         raise InputError(f"--loaded {watch.loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
     require_unedited(written)
@@ -230,7 +231,7 @@ def _keep_right(
     Where the page begins, or somebody writes pages, while it is worked out, it is looked at anew.
     """
     while True:
-        if _facts(place.folder / job.run.written.manifest_file) != job.manifest:
+        if _manifest_facts(place.folder, job.run.written) != job.manifest:
             job = _reread(place.folder, job)
         sight = _look(job, watch, limits, date=date)
         look, resumed = sight.look, sight.resumed
@@ -238,19 +239,21 @@ def _keep_right(
             return job, sight
         times, log = _read(job, watch, limits)
         now = look.time if log is None or log.readings is None else float(log.readings.time[-1])
-        if (
-            times is not None
-            and times.loaded(now) < look.due
-            and _facts(place.folder / job.run.written.manifest_file) == job.manifest
-        ):
+        is_free = times is not None and times.loaded(now) < look.due
+        if is_free and _manifest_facts(place.folder, job.run.written) == job.manifest:
             put_anew(place, resumed)
             return _reread(place.folder, job), sight
+
+
+def _manifest_facts(folder: Path, written: "WrittenJob") -> tuple[int, ...] | None:
+    """What tells whether somebody has written pages since; its own file says it of all."""
+    return _facts(folder / written.manifest_file)
 
 
 def _reread(folder: Path, job: FollowedJob) -> FollowedJob:
     from compgen.pipelines.resume.written_job import read_written_job
 
-    manifest = _facts(folder / job.run.written.manifest_file)
+    manifest = _manifest_facts(folder, job.run.written)
     return replace(job, run=job.run.reread(read_written_job(folder)), manifest=manifest)
 
 

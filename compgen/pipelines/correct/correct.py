@@ -147,10 +147,9 @@ class _Task:
 
 def _with_new_positions(plan: CorrectionPlan, task: _Task) -> CorrectionPlan:
     """The plan of the program with the points and positions that the options ask for: put in, and parted."""
-    options, robot = task.options, task.cell.robot
-    last = int(plan.program.positions.number.max(initial=0))
-    for _ in range(MAX_ROUNDS if options.insert is not None else 0):
-        pieces = _pieces_needed(plan, task.cell, options.insert or 1.0)
+    options, robot, last = task.options, task.cell.robot, int(plan.program.positions.number.max(initial=0))
+    pieces, lacking = _cuts_needed(plan, task, last)
+    for _ in range(MAX_ROUNDS):
         if not (pieces > 1).any():
             break
         read = partial(task.around.poses, robot=robot)
@@ -159,9 +158,10 @@ def _with_new_positions(plan: CorrectionPlan, task: _Task) -> CorrectionPlan:
             overrides = (1.0,) if options.ensemble is None else options.ensemble.overrides
             program = insert_remark(program, running_override(overrides))
         cut = _plan_correction(program, task)
-        if _shortfall(cut, task, last) >= _shortfall(plan, task, last):  # so short lines are not to be bent like that
+        cut_pieces, cut_lacking = _cuts_needed(cut, task, last)
+        if cut_lacking >= lacking:  # so short lines are not to be bent like that
             break
-        plan = cut
+        plan, pieces, lacking = cut, cut_pieces, cut_lacking
     if not options.split:
         return plan
     first = int(plan.program.positions.number.max(initial=0)) + 1
@@ -171,11 +171,19 @@ def _with_new_positions(plan: CorrectionPlan, task: _Task) -> CorrectionPlan:
     return _plan_correction(split_positions(plan.program, plan.poses, plan.drive, new_positions), task)
 
 
-def _shortfall(plan: CorrectionPlan, task: _Task, last: int) -> tuple[int, float]:
-    """Stations at positions up to a number that are corrected, negative; how far ways that may be cut stray midway."""
-    pieces = _pieces_needed(plan, task.cell, task.options.insert or 1.0)[straight_ways(plan)]
+def _cuts_needed(plan: CorrectionPlan, task: _Task, last: int) -> tuple[IntArray, tuple[int, float]]:
+    """Into how many pieces straight ways must be cut, (S,), deviations fall with their square; and what is lacking.
+
+    That is stations at positions up to number ``last`` that are corrected, negative, and how far ways stray midway [m].
+    """
+    pieces, allowed = np.ones(len(plan.free), dtype=np.int64), task.options.insert
+    if allowed is None:
+        return pieces, (0, 0.0)
+    ways, deviation = straight_ways(plan), _midway_deviations(plan, task.cell)
+    pieces[ways] = np.ceil(np.sqrt(deviation / allowed)).astype(np.int64).clip(1, MAX_PIECES)
+    pieces = allowed_pieces(plan.program, plan.poses, plan.drive, pieces)
     corrected = plan.poses.number[plan.drive.pose[plan.free]] <= last
-    return -int(corrected.sum()), float(_midway_deviations(plan, task.cell)[pieces > 1].max(initial=0.0))
+    return pieces, (-int(corrected.sum()), float(deviation[pieces[ways] > 1].max(initial=0.0)))
 
 
 def _plan_correction(program: LsProgram, task: _Task) -> CorrectionPlan:
@@ -228,14 +236,6 @@ def _refuse_marked(program: LsProgram, mark: Mark) -> None:
             f"program {program.name}: it carries compgen's mark ({evidence}): it would be corrected twice; "
             f"start from the planned program ({watermark.planned_source(program)}), or say --again"
         )
-
-
-def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray:
-    """Into how many pieces each straight way must be cut, (S,): its deviation falls with the square of their count."""
-    pieces = np.ones(len(plan.free), dtype=np.int64)
-    ways = straight_ways(plan)
-    pieces[ways] = np.ceil(np.sqrt(_midway_deviations(plan, cell) / allowed)).astype(np.int64).clip(1, MAX_PIECES)
-    return allowed_pieces(plan.program, plan.poses, plan.drive, pieces)
 
 
 def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Array:

@@ -39,7 +39,7 @@ from compgen.thermal.ambient import still_air
 from compgen.thermal.model import with_losses
 from compgen.thermal.schedule import STANDING, History
 from compgen.thermal.tables.schema import AmbientTable
-from compgen.thermal.uncertainty import FORGOTTEN, Past
+from compgen.thermal.uncertainty import Past, grown_back
 from compgen.verification.band import Band
 from compgen.verification.flight import Flight, PoseErrors, fly, pose_errors
 
@@ -108,7 +108,7 @@ def resume_corrected(  # noqa: PLR0913  what a user may say of a job in pages
     air, heat = old.options.air if begun.air is None else begun.air, begun.cell.heat
     passed = heat.rate * past.passed
     by_air = heat.ambient * (air - old.options.air) * -np.expm1(-passed)
-    started = as_written.start + _grown_back(begun.state - known.state - by_air, passed)
+    started = as_written.start + grown_back(begun.state - known.state - by_air, passed)
     rest = replace(job, options=replace(job.options, air=air, judged_from=at))
     new = _corrected(rest, replace(_beginning(begun.cell, started), past=past), (), progress)
     if not np.array_equal(new.written.positions.number, old.written.positions.number):
@@ -207,12 +207,6 @@ def _known_at(
         earlier=tuple(earlier),
         measured_air=options.air,
     )
-
-
-def _grown_back(change: Array, passed: Array) -> Array:
-    """What a change of each mode was so many of its time constants ago, (S,); none of one that has died away."""
-    remembered = passed < FORGOTTEN
-    return np.where(remembered, change * np.exp(np.where(remembered, passed, 0.0)), 0.0)
 
 
 def _beginning(cell: Cell, start: Array) -> Cell:

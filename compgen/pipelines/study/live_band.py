@@ -26,14 +26,7 @@ from compgen.pipelines.study.live_day import SliderValues, history_at
 from compgen.pipelines.study.live_places import Live, expansion_factor, own_heat, rises_left, single
 from compgen.pipelines.uncertainty.band_columns import MISSING, by_source, scatter_along, taken_at
 from compgen.thermal import NodeModel
-from compgen.thermal.uncertainty import (
-    STEP,
-    DisturbedHeat,
-    HeatChange,
-    Past,
-    added_rise,
-    steady_miss,
-)
+from compgen.thermal.uncertainty import STEP, DisturbedHeat, HeatChange, Past, added_rise, steady_miss
 from compgen.verification.band import Band, Columns, band_of
 
 LEAST = 1e-9 / 15.0  # [m/K] below it a column does not grow with the rises
