@@ -3,6 +3,7 @@
 import json
 import tomllib
 from hashlib import sha256
+from math import cos, sin
 
 import pytest
 from shipped import ROOT, path_file, quiet
@@ -97,3 +98,25 @@ def test_a_cell_of_an_existing_program_has_its_robot_file():
     written = dotted_keys(read_toml(ROOT / "robots" / "m710ic50.toml", "robots"))
     used = dotted_keys(cell.inputs)
     assert {key for key in written if used[key] != written[key]} == {"thermal.cte_um_m_K"}
+
+
+def test_a_point_that_a_program_of_the_day_before_passes_is_an_input(tmp_path):
+    def points(radius):
+        turns = [k / 40 * 6.2832 for k in range(41)]
+        rows = "".join(f"{1400 + radius * cos(t):.3f},{radius * sin(t):.3f},-150\n" for t in turns)
+        (tmp_path / "points.csv").write_text(f"x_mm,y_mm,z_mm\n{rows}")
+
+    own = '[path]\npattern = "points"\nfile = "points.csv"\n[process]\nfeed_mm_s = 200\n'
+    (tmp_path / "warm.toml").write_text(f'robot = "m710ic50"\n{own}[bounds]\n')
+    day = '[[before]]\nstate = "moving"\nprogram = "warm"\nrepeat = 200\ndwell_s = 5\n'
+    (tmp_path / "job.toml").write_text((ROOT / LINE).read_text().split("[[before]]")[0] + day + "[bounds]\n")
+    jobs = []
+    for radius in (300, 40):
+        points(radius)
+        jobs.append(load_job(str(tmp_path / "job.toml")))
+    warm, less = jobs
+    assert warm.history != less.history
+    assert warm.inputs_hash != less.inputs_hash
+    before, after = (job.inputs["files"]["before.0.program.path.file"] for job in jobs)
+    assert before["file"] == after["file"] == "points.csv"
+    assert before["sha256"] != after["sha256"] == sha256((tmp_path / "points.csv").read_bytes()).hexdigest()

@@ -244,9 +244,13 @@ def programs_of(plan: ProgramPlan, cell: Cell, driven: JointMotion | None = None
 
 def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
     """What the program of another path file does in a cell; its own robot and history are not looked at."""
-    data = {"bounds": {}} | {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}
-    path = check(PathFile, data, path_file)
+    path = _without_history(path_file)
     return _program(path, path_file, cell, _settings(path, cell).rate)[0]
+
+
+def _without_history(path_file: str) -> PathFile:
+    data = {"bounds": {}} | {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}
+    return check(PathFile, data, path_file)
 
 
 def _settings(path: PathFile, cell: Cell) -> Settings:
@@ -378,21 +382,16 @@ def find_program(name: str, path_file: str) -> str:
 
 
 def files_read(path: PathFile, where: str) -> dict[str, dict[str, str]]:
-    """Name and sha256 of each other file that a path file reads, by the key that names it: they are inputs as well."""
-    folder = Path(where).parent
-    named = {
-        "ambient.file": path.ambient.file,
-        "log.file": path.log.file if path.log else None,
-        "state.file": path.state.file if path.state else None,
-        "frame.file": path.frame.file if path.frame else None,
-        "path.file": path.path.file if isinstance(path.path, OwnPoints) else None,
-        "surface.file": path.surface.file,
-    }
-    sources = {key: (name, folder / name) for key, name in named.items() if name}
+    """Name and sha256 of each other file that a path file or a program of its day reads, by its key: inputs as well."""
+    tables = {f"{key}.file": getattr(path, key) for key in ("ambient", "log", "state", "frame", "path", "surface")}
+    named = {key: table.file for key, table in tables.items() if getattr(table, "file", None)}
+    files = {key: {"file": name, "sha256": _hash_of(Path(where).parent / name)} for key, name in named.items()}
     for table, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after)):
-        programs = ((n, row.program) for n, row in enumerate(rows) if row.program)
-        sources |= {f"{table}.{n}.program": (name, Path(find_program(name, where))) for n, name in programs}
-    return {key: {"file": name, "sha256": _hash_of(source)} for key, (name, source) in sources.items()}
+        for key, name in ((f"{table}.{n}.program", row.program) for n, row in enumerate(rows) if row.program):
+            file = find_program(name, where)
+            files[key] = {"file": name, "sha256": _hash_of(Path(file))}
+            files |= {f"{key}.{k}": record for k, record in files_read(_without_history(file), file).items()}
+    return files
 
 
 def _hash_of(source: Path) -> str:
