@@ -61,13 +61,14 @@ def job_shown(
 
 
 def _errors_table(summary: dict[str, Any]) -> Table:
-    """The error by its parts, and its bounds."""
-    sides = [side for side in ("before", "after") if summary[side]]
+    """The error on the part by its parts, and its bounds, which judge it there."""
+    on_part = summary["on_part"]
+    sides = [side for side in ("before", "after") if on_part[side]]
     rows = [
-        [label, *(f"{v:.2f}" for side in sides for v in summary[side][row].values()), _bound(summary, key)]
+        [label, *(f"{v:.2f}" for side in sides for v in on_part[side][row].values()), _bound(summary, key)]
         for row, label, key in ROWS
     ]
-    return sizes_table("whole program", sides if summary["after"] else ["predicted"], rows, "bound")
+    return sizes_table("on the part", sides if summary["after"] else ["predicted"], rows, "bound")
 
 
 def _bound(report: dict[str, Any], key: str) -> str:
@@ -95,8 +96,9 @@ def outcomes_shown(outcomes: Sequence[JudgedPath]) -> list[object]:
 
 
 def _largest(report: dict[str, Any]) -> list[str]:
-    """The largest error before and after, and its bound."""
-    return [*(f"{report[side]['total']['max_um']:.2f}" for side in ("before", "after")), _bound(report, "max_um")]
+    """The largest error on the part before and after, and its bound."""
+    sides = (report["on_part"][side] for side in ("before", "after"))
+    return [*(f"{errors['total']['max_um']:.2f}" for errors in sides), _bound(report, "max_um")]
 
 
 def _starts_table(average: dict[str, Any]) -> Table:
