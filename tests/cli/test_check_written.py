@@ -156,6 +156,18 @@ def test_a_text_that_was_edited_since_is_refused(edit, line, tmp_path):
     refused(run("check", LINE, "--written", edited), 2, line.name, words, "one was edited since")
 
 
+@pytest.mark.parametrize("speed", [50, 240])
+def test_a_speed_on_lines_shorter_than_a_millimetre_is_seen(speed, tmp_path):
+    dense = ("process.spacing_mm=0.9", "path.length_mm=200")
+    program = written(tmp_path, LINE, *dense)
+    sets = [word for item in dense for word in ("--set", item)]
+    assert report(LINE, program, *sets)[0] in (0, 1)
+    edited = tmp_path / program.name
+    edited.write_bytes(re.sub(rb"(L P\[1[0-4]\d\]) \d+mm/sec", rb"\1 %dmm/sec" % speed, program.read_bytes()))
+    told = run("check", LINE, "--written", edited, *sets)
+    refused(told, 2, "P[100]: ", f"{speed} mm/s lead there, and", "plans 113 mm/s: one was edited since")
+
+
 def test_another_robot_file_than_it_was_written_with_is_a_warning(line, tmp_path):
     other = tmp_path / "other.toml"
     other.write_text((ROOT / "robots" / "m710ic50.toml").read_text() + "\n# a later state of the file\n")

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from compgen.core import stages
-from compgen.core.arrays import Array, BoolArray, IntArray, first_true, step_lengths
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, first_true, step_lengths
 from compgen.core.evaluation import done
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code
@@ -34,7 +34,8 @@ from compgen.verification.verdict import judge
 from compgen.verification.written_motion import read_motion
 
 ROUNDED = 1e-5  # [m] and [rad] that the digits of a text may add to a correction
-LONG = 1e-3  # [m] a line of which digits and corrections change the speed by less than
+LONG = 1e-3  # [m] of lines of which digits and corrections change the speed by less than
+SHORTEST = 1e-9  # [m] of a line
 SAME_SPEED, SPEED_STEP = 0.1, 1e-4  # this share, and this much [m/s]
 AHEAD = 5e-3  # [m] beside a statement's own length, that the path may go on for until the next position
 
@@ -184,11 +185,15 @@ def _refuse_other_motion(planned: Planned, path: ToolPath, program: Program) -> 
     motion, speed = job.robot.motion, planned.trajectory.speed
     if len(speed) != len(program.speed) or (motion is not None and motion.may_predistort):
         return  # each of its lines is as long as several, or is commanded elsewhere
-    other = first_true((program.lengths() > LONG) & (np.abs(program.speed - speed) > SAME_SPEED * speed + SPEED_STEP))
+    length = np.maximum(program.lengths(), SHORTEST)
+    first = np.unique(cumulated(length[:-1]) // LONG, return_index=True)[1]  # of lines that are judged as one
+    way = np.add.reduceat(length, first)
+    given, wanted = (way / np.add.reduceat(length / each, first) for each in (program.speed, speed))
+    other = first_true((way > LONG / 2) & (np.abs(given - wanted) > SAME_SPEED * wanted + SPEED_STEP))
     if other is not None:
-        given, wanted = program.speed[other] / MM, speed[other] / MM
         raise InputError(
-            f"P[{other + 2}]: {given:.4g} mm/s lead there, and {job.source} plans {wanted:.4g} mm/s: {mend}"
+            f"P[{first[other] + 2}]: {given[other] / MM:.4g} mm/s lead there, and {job.source} plans "
+            f"{wanted[other] / MM:.4g} mm/s: {mend}"
         )
 
 
