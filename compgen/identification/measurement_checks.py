@@ -23,7 +23,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance
 from compgen.identification.measured_turns import check_known_turns
-from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
+from compgen.identification.measurements import DISTANCE, NONE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot, coupling_of
 
@@ -44,6 +44,7 @@ COUPLED = {
 }
 MIRROR = np.array([1.0, 1.0, -1.0])
 COPIES = 3  # rows; fewer may agree by chance
+DIGITS = 9  # of rad and m, that a file may tell
 KEPT = 0.95  # share of rows, the nearest, whose mean distance counts
 
 
@@ -56,6 +57,7 @@ class _Measured:
     values: str
     check: str
     moved: str
+    copied: str
 
 
 _MEASURED = {
@@ -65,6 +67,7 @@ _MEASURED = {
         values="columns x_mm y_mm z_mm",
         check="that x y z are of one instrument",
         moved="has the instrument moved, or are these other reflectors?",
+        copied="the joints and the place",
     ),
     TOUCH: _Measured(
         words="spheres",
@@ -72,6 +75,7 @@ _MEASURED = {
         values="x_mm y_mm z_mm of the spheres in the artefact's file",
         check="the spheres' names and places, and the probe",
         moved="has the artefact moved, or is it another probe?",
+        copied="the joints, target, direction and value",
     ),
     DISTANCE: _Measured(
         words="distances",
@@ -79,6 +83,7 @@ _MEASURED = {
         values="column distance_mm",
         check="that each target is one reflector",
         moved="has a socket moved, or are these other reflectors?",
+        copied="the ends and the distance",
     ),
 }
 
@@ -99,22 +104,25 @@ def check_row_count(data: Measurements) -> None:
 
 
 def check_copies(data: Measurements) -> None:
-    """Raises InputError where most places that were measured again repeat an earlier one to the last digit."""
+    """Raises InputError where most of what was measured again repeats an earlier row of its kind to the last digit."""
     of_lines = np.append(data.aligned, False)[data.instrument]  # of a row without an instrument: -1
-    places = np.flatnonzero((data.kind == PLACE) & ~of_lines)
-    keys = np.column_stack([data.theta[data.pose], data.reflector, data.position])[places]
-    again = len(keys) - len(np.unique(keys[:, :7], axis=0))
-    first: dict[tuple[float, ...], int] = {}
-    copies: list[tuple[int, int]] = []
-    for n, key in zip(places.tolist(), keys.tolist(), strict=True):
-        if (earlier := first.setdefault(tuple(key), n)) != n:
-            copies.append((n, earlier))
-    if len(copies) >= COPIES and 2 * len(copies) > again:
-        n, earlier = copies[0]
-        raise InputError(
-            f"{data.label[n]}: the joints and the place of {data.label[earlier]} to the last digit, and so for "
-            f"{len(copies)} rows: a copy is no second measurement; remove them, or --force takes them"
-        )
+    ends = data.ends
+    other = np.where(ends.pose[:, None] == NONE, 0.0, data.theta[ends.pose])
+    between = np.column_stack([data.theta[data.pose], data.reflector, ends.place, other, ends.reflector, ends.toward])
+    value = np.column_stack([data.position, ends.shift, ends.distance])
+    for kind, measured in _MEASURED.items():
+        rows = np.flatnonzero((data.kind == kind) & ~of_lines)
+        at, values = (np.round(np.nan_to_num(of[rows]), DIGITS).tolist() for of in (between, value))
+        again = len(rows) - len(set(map(tuple, at)))
+        first: dict[tuple[float, ...], int] = {}
+        earlier = np.array([first.setdefault((*a, *v), n) for n, a, v in zip(rows.tolist(), at, values, strict=True)])
+        copies = np.flatnonzero(earlier != rows)
+        if len(copies) >= COPIES and 2 * len(copies) > again:
+            n = copies[0]
+            raise InputError(
+                f"{data.label[rows[n]]}: {measured.copied} of {data.label[earlier[n]]} to the last digit, and so for "
+                f"{len(copies)} rows: a copy is no second measurement; remove them, or --force takes them"
+            )
 
 
 def check_scale(data: Measurements) -> None:

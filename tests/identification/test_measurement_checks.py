@@ -135,6 +135,61 @@ def test_three_copies_and_more_than_half_of_what_was_measured_again_are_refused(
             check_copies(replace(data, instrument=np.full(len(data.pose), WORLD)))
 
 
+def distances_again(values):
+    """Six distances of ballbars, of another end each, and then four of them with other values in metres."""
+    N = 6 + len(values)
+    data = rows(0, distances=N, instruments=0)
+    pose = np.concatenate([np.arange(6), np.arange(len(values))])
+    other = np.where(pose % 2 == 0, NONE, (pose + 1) % 6)  # a socket, or a second reflector
+    ends = replace(
+        data.ends,
+        kind=np.full(N, DISTANCE),
+        pose=other,
+        place=np.where(other == NONE, 0, NONE),
+        distance=np.concatenate([np.full(6, 0.3), values]),
+    )
+    return replace(data, theta=np.tile(np.arange(float(N))[:, None], 6), pose=pose, ends=ends)
+
+
+def touches_again(values, normal=(0.0, 0.0, 1.0), sphere=0):
+    """Six touches along z that pushed the ball back by nothing, and then four of them along a direction."""
+    N = 6 + len(values)
+    data = rows(0, distances=N, names=("s", "t"))
+    pose = np.concatenate([np.arange(6), np.arange(len(values))])
+    toward = np.concatenate([np.tile((0.0, 0.0, 1.0), (6, 1)), np.tile(normal, (len(values), 1))])
+    shift = -np.concatenate([np.zeros(6), values])[:, None] * toward
+    ends = replace(data.ends, place=np.where(np.arange(N) < 6, 0, sphere), toward=toward, shift=shift)
+    return replace(data, theta=np.tile(np.arange(float(N))[:, None], 6), pose=pose, ends=ends)
+
+
+@pytest.mark.parametrize(
+    ("copied", "honest", "words"),
+    [
+        (distances_again(np.full(4, 0.3)), distances_again(0.3 + 1e-6 * np.arange(1, 5)), "the ends and the distance"),
+        (
+            touches_again(np.zeros(4)),
+            touches_again(1e-6 * np.arange(1, 5)),
+            "the joints, target, direction and value",
+        ),
+    ],
+)
+def test_a_copied_distance_or_touch_is_no_second_one_and_another_value_is(copied, honest, words):
+    with pytest.raises(InputError, match=f"m.csv: line 8: {words} of m.csv: line 2 .* 4 rows: a copy is no second"):
+        check_copies(copied)
+    check_copies(honest)
+
+
+def test_touches_of_another_sphere_or_side_are_no_copies():
+    check_copies(touches_again(np.zeros(4), normal=(1.0, 0.0, 0.0)))
+    check_copies(touches_again(np.zeros(4), sphere=1))
+    N, centred = 10, touches_again(np.zeros(4))  # centres that were located: the joints are what was measured
+    ends = replace(centred.ends, toward=np.full((N, 3), np.nan), distance=np.full(N, np.nan), shift=np.zeros((N, 3)))
+    with pytest.raises(InputError, match="a copy is no second"):
+        check_copies(replace(centred, ends=ends))
+    theta = np.random.default_rng(1).normal(size=(N, 6))
+    check_copies(replace(centred, ends=ends, theta=theta, pose=np.arange(N)))
+
+
 def readings_of(right, pendant, scale=1.0):
     """Distances [m] of a row for each pose, as far as its angles are from the right ones [m/rad]."""
     return lambda angles: scale * np.abs(angles - right(pendant)).sum(axis=1)
