@@ -117,6 +117,21 @@ def test_ramps_between_stops_tell_the_times_that_a_circle_does_not(folder, robot
     np.testing.assert_allclose(motion["moving_average_ms"], [200, 100], atol=2)
 
 
+def test_lines_that_last_as_written_are_no_whole_periods_in_the_copy(folder, robot):
+    """Chords of 5.24 mm take 52.4 ms at 100 mm/s, 56 where they are rounded up, as the robot file has it."""
+    circle = logs.circle()
+    (folder / "PART.LS").write_bytes(circle)
+    write(folder, robot, means=(0.2, 0.1), text=circle)
+    assert "rounds_up_to_period = true" in ROBOT
+    result = identify(folder, "-o", "new.toml")
+    assert result.returncode == 0, result.stderr
+    assert tomllib.loads((folder / "new.toml").read_text())["controller"]["rounds_up_to_period"] is False
+    assert "does not round the time of each line up" in result.stdout
+    assert "set controller.rounds_up_to_period = false in the robot file" in result.stdout
+    again = run("identify-motion", "PART.LS", "--log", "log.csv", "--robot", "new.toml", "-o", "third.toml", cwd=folder)
+    assert "rounds_up_to_period" not in again.stdout
+
+
 def test_a_run_that_was_held_is_named_as_what_is_not_fitted(folder, robot):
     """Of a circle on which the operator held the robot *no bend* was said, or that its override was not left alone."""
     write(folder, robot, means=(0.2, 0.1), hold=((6.0, 2.0),))  # on the sweeps: the circle is fitted

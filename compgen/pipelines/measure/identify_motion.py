@@ -110,7 +110,7 @@ def _left_of_bends(identified: IdentifiedMotion) -> dict[str, float]:
 def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText, identified: IdentifiedMotion) -> str:
     """A robot file's text with the identified ``[motion]``; whether programs are pre-distorted by it stays as it was.
 
-    Where the log shows that lines take whole interpolation periods, ``controller.rounds_up_to_period`` becomes true.
+    ``controller.rounds_up_to_period`` becomes true where the log shows whole periods, false where it decides against.
 
     Raises:
         InputError: The file's tables are laid out in a way that cannot be updated.
@@ -118,8 +118,8 @@ def motion_text(text: str, robot: Robot, run: ExecutedRun, program: ProgramText,
     tables: dict[str, Any] = tomllib.loads(text)
     before = tables.get("motion", {})
     motion, main = identified.motion, run.clock.main
-    if run.clock.rounded:
-        text = text_with_table(text, "controller", {**tables["controller"], "rounds_up_to_period": True})
+    if run.clock.rounded or (run.course.counted and run.clock.stretches):
+        text = text_with_table(text, "controller", {**tables["controller"], "rounds_up_to_period": run.clock.rounded})
     began = "both" if len(identified.runs_began) > 1 else "".join(identified.runs_began)
     values = {
         "enabled": bool(before.get("enabled", False)),

@@ -220,11 +220,16 @@ def _of_override(clock: ClockFit, *, counted: bool) -> Iterator[Finding]:
         message = "no steady motion in the log is long enough: override and time are not known; log a longer run"
         yield Finding.of(Code.EXECUTED_NO_CLOCK, message)
         return
-    if clock.rounded and not counted:
+    if clock.rounded != counted:
+        rounds, explain, other = (
+            ("rounds", "that explains", "the written speeds do")
+            if clock.rounded
+            else ("does not round", "the written speeds explain", "whole periods do")
+        )
         yield Finding.of(
             Code.EXECUTED_PERIODS,
-            "the controller rounds the time of each line up to whole interpolation periods: that explains the logged "
-            "speeds, the written speeds do not; set controller.rounds_up_to_period = true in the robot file",
+            f"the controller {rounds} the time of each line up to whole interpolation periods: {explain} the logged "
+            f"speeds, {other} not; set controller.rounds_up_to_period = {str(clock.rounded).lower()} in the robot file",
         )
     first, *later = clock.stretches
     fastest = max(s.rate for s in clock.stretches)
