@@ -13,8 +13,8 @@ physics misses, kappa of what warmth does, g:
     |e|^2 / 3 = (expected) + kappa^2 g^2        by least squares over the poses, weighted by their variances v
     kappa^2 = sum x g^2 / v  /  sum g^4 / v,    sigma^2 = 1 / sum g^4 / v,    x = |e|^2 / 3 - (expected)
 
-Neither rho nor kappa^2 is below nothing, so the mean given that is taken: an arm that happens to show none is not free
-of it, and no other share is assumed beside what was measured.
+Neither rho nor tau^2 nor kappa^2 is below nothing, so the mean given that is taken: an arm that happens to show none is
+not free of it, and no other share is assumed beside what was measured.
 
 and lambda is the rms over blocks of the mean deviation m of a block over all that is known of it,
 
@@ -45,6 +45,7 @@ WARMTH = 20e-6  # [m] that warmth must move some pose by, to tell kappa
 SAME_POSE = 1e-4  # [rad] of each joint
 SAME_RISE = 0.3  # [K]
 WIDEST = 2.0  # times, that few numbers widen the scale of a group
+NOTHING = 1e-18  # [m^2] of a variance's standard deviation
 LEAST_REPEATS = 9.0  # degrees of freedom of poses driven to again
 
 
@@ -67,15 +68,16 @@ def assess_fit_limits(model: ArmModel, data: Measurements, fitted: Fit, *, tempe
         fitted: The fit that was selected.
         temperatures: Whether those of the warm-up were measured; else nothing warm is known.
     """
-    shared, repeats = _pose_variance(data, fitted), _repeat_variance(data, fitted)
+    (shared, spread), repeats = _pose_variance(data, fitted), _repeat_variance(data, fitted)
+    again, spread_again = repeats or (0.0, 0.0)
     forecasts = _forecasts(model, data, fitted)
     warmth = _warmth(model, data, fitted)
     missing = _missing(forecasts, warmth) if temperatures and warmth.max(initial=0.0) > WARMTH else None
     scores = [_score(f, (missing or 0.0) * warmth) for f in forecasts]
     return FitLimits(
-        noise=float(np.sqrt(max(shared - (repeats or 0.0), 0.0))),
+        noise=float(np.sqrt(mean_if_not_negative(shared - again, max(np.hypot(spread, spread_again), NOTHING)))),
         missing=missing,
-        repeatability=None if repeats is None else float(np.sqrt(repeats)),
+        repeatability=None if repeats is None else float(np.sqrt(again)),
         scale=max(float(np.sqrt(np.mean(scores))), 1.0) if scores else 1.0,
         blocks=len(scores),
     )
@@ -149,11 +151,14 @@ def forecast_findings(limits: FitLimits, *, warm: bool) -> list[Finding]:
     return []
 
 
-def _pose_variance(data: Measurements, fitted: Fit) -> float:
-    """Variance of what the rows of a pose share, of a coordinate [m^2]; all noise where poses have one row each."""
+def _pose_variance(data: Measurements, fitted: Fit) -> tuple[float, float]:
+    """Variance of what the rows of a pose share, as found, and its standard deviation, of a coordinate [m^2].
+
+    All noise where poses have one row each; how well that is known counts for nothing.
+    """
     rows = ~fitted.outlier & (data.kind == PLACE)
-    shared = _shared_noise(data, fitted.linear.z, rows, float(fitted.gamma.sum()))
-    return fitted.noise**2 if shared is None else shared[0] * shared[1]
+    noise = pose_noise(data, fitted.linear.z, rows, float(fitted.gamma.sum()))
+    return (fitted.noise**2, 0.0) if noise is None else (noise.rho * noise.variance, noise.spread * noise.variance)
 
 
 def _shared_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -> tuple[float, float] | None:
@@ -182,8 +187,11 @@ def mean_if_not_negative(value: float, sigma: float) -> float:
     return max(value + sigma * float(np.exp(-(z**2) / 2 - log_ndtr(z)) / np.sqrt(2 * np.pi)), 0.0)
 
 
-def _repeat_variance(data: Measurements, fitted: Fit) -> float | None:
-    """Variance of a coordinate between visits to a pose [m^2], less the instrument's; None with too few of them."""
+def _repeat_variance(data: Measurements, fitted: Fit) -> tuple[float, float] | None:
+    """Variance of a coordinate between visits to a pose, less the instrument's, and its standard deviation [m^2].
+
+    None with too few of them.
+    """
     same = np.round(np.column_stack([data.theta / SAME_POSE, data.rise / SAME_RISE, np.sign(data.direction)]))
     _, group = np.unique(same, axis=0, return_inverse=True)
     kept = ~fitted.outlier & (data.kind == PLACE)
@@ -199,7 +207,8 @@ def _repeat_variance(data: Measurements, fitted: Fit) -> float | None:
         instrument += 3.0 * (len(rows) - 1) * float(np.mean(of_mean))
     if freedom < LEAST_REPEATS:
         return None
-    return max((squares - instrument * float(fitted.posterior.scales.noise[PLACE])) / freedom, 0.0)
+    variance = (squares - instrument * float(fitted.posterior.scales.noise[PLACE])) / freedom
+    return max(variance, 0.0), squares / freedom * float(np.sqrt(2 / freedom))
 
 
 def forecast_blocks(data: Measurements) -> tuple[IntArray, int]:

@@ -79,6 +79,18 @@ def test_poses_driven_to_again_tell_repeatability_from_fit_noise(arm):
     assert limits.noise / UM == pytest.approx(12, abs=4)
 
 
+def test_an_arm_that_only_its_visits_shake_is_not_free_of_fit_noise(arm):
+    """Given that it is not below nothing its mean is above it, also where repeats leave less than nothing."""
+    truth, active = arm
+    for seed in range(4):
+        rng = np.random.default_rng(30 + seed)
+        poses = np.repeat(random_theta(truth.arm.robot, rng, 40), 3, axis=0)
+        data = measured(truth, poses, rng, direction=np.zeros((120, 6)))
+        limits = limits_of(truth, active, shaken(data, 18 * UM, rng))
+        assert 0.5 < limits.noise / UM < 9, seed
+        assert limits.repeatability / UM == pytest.approx(18, abs=3)
+
+
 def test_a_model_of_the_arm_foretells_later_blocks_as_well_as_it_says(arm):
     scales = []
     for seed in range(3):
