@@ -25,9 +25,9 @@ class StepTable(Table):
     state: Literal["moving", "idle", "off"]
     """What the robot does: runs a program, stands with the servo on, or stands with it off."""
     program: str | None = None
-    """Path file of the program that moves; default this one."""
+    """Path file of the program that moves; default this one, at the feed given."""
     feed_mm_s: Annotated[FiniteFloat, Field(gt=0, le=1e4)] | None = None
-    """Feed while moving; default the program's own."""
+    """Feed while moving; default that of the program named; moving needs one of the two."""
     duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)] | None = None
     """Length of the stretch; this or repeat."""
     repeat: Annotated[int, Field(ge=1, le=100_000)] | None = None
