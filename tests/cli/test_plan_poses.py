@@ -30,6 +30,12 @@ def test_lengths_that_no_cell_has_are_refused(option, tmp_path):
     assert not (tmp_path / "o").exists()
 
 
+def test_a_box_in_metres_is_asked_about_where_no_pose_is_in_it(tmp_path):
+    plan = run("plan-poses", "m20ia", "-n", "12", "--box", "0.8 -0.6 -0.3 1.5 0.6 0.9", "-q", "-o", tmp_path / "o")
+    refused(plan, 3, "are in the box", "did you mean '800 -600 -300 1500 600 900'? it looks like metres, it is in mm")
+    assert not (tmp_path / "o").exists()
+
+
 def test_the_measuring_program_is_there_at_every_moment_and_never_beside_the_poses_of_another(tmp_path, monkeypatch):
     """Also in a folder with files of others, where each file is put in its place."""
     (tmp_path / "mine.txt").write_text("mine")

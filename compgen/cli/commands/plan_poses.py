@@ -15,7 +15,7 @@ from compgen.cli.output_files.publish import publish
 from compgen.cli.screen.messages import finding_rows, table_of
 from compgen.core.commands import Command
 from compgen.core.dates import DEFAULT_DATE, checked_date
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.units import DEG, MM, UM
 
 if TYPE_CHECKING:
@@ -127,8 +127,11 @@ def plan_poses(
     names = [program_name(f"{arm.robot.name}_{what}", length) for what in ("poses", "reversals")]
     _check(folder, run, *(f"{name}.LS" for name in names))
     site = choice.site(arm.robot)
-    with show_progress(quiet=screen.is_silent) as progress:
-        planned = _planned(arm, site, count, progress, reversals=reversals)
+    try:
+        with show_progress(quiet=screen.is_silent) as progress:
+            planned = _planned(arm, site, count, progress, reversals=reversals)
+    except ImpossibleError as exception:
+        raise ImpossibleError("; ".join([str(exception), *(f.message for f in choice.input_findings()[:1])])) from None
     programs, tables = _files(planned, arm.robot, names, checked_date(date), wait)
     publish(folder, programs, tables, (f"{names[1]}.LS", REVERSALS), run=run)
     record = _record(planned, sorted([*programs, *tables]), [*arm.input_findings, *choice.input_findings()])
