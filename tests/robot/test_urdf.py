@@ -131,9 +131,24 @@ def test_macros_in_remarks_are_none(tmp_path):
     assert_allclose(read_urdf(str(remarked)).arm.a, read_urdf(str(bare)).arm.a, atol=0)
 
 
+def test_an_axis_2_behind_axis_1_is_named_where_it_turns_joints_2_and_3_round(tmp_path):
+    """Upper arm upright and forearm to the front at the file's zero, where joints count as FANUC's; a1 is -0.1 m."""
+    sizes, fanucs = np.array([-0.1, 0.8, 0.2, 0.9, 0.15]), np.ones(6)
+    text, *_ = drawn_urdf(1, sizes, np.deg2rad([0, -90, 0, 0, 60, 0]), fanucs)
+    (tmp_path / "behind.urdf").write_text(text)
+    words = ("behind.urdf", "axis 2 lies behind axis 1", "a1 is negative", "say --j3 alone")
+    refused(run("init", "--urdf", tmp_path / "behind.urdf", tmp_path), 2, *words)
+    assert run("init", "--urdf", tmp_path / "behind.urdf", "--j3", "alone", tmp_path).returncode == 0
+    text, *_ = drawn_urdf(1, np.abs(sizes), np.deg2rad([0, -90, 0, 0, 60, 0]), fanucs)
+    (tmp_path / "before.urdf").write_text(text)
+    assert run("init", "--urdf", tmp_path / "before.urdf", tmp_path).returncode == 0
+
+
 def test_signs_that_are_not_fanucs_ask_for_j3_alone_and_a_file_is_not_replaced(tmp_path):
     text, *_ = drawn_urdf(1, sign=np.array([1, 1, -1, 1, 1, 1.0]))
     (tmp_path / "drawn.urdf").write_text(text)
-    refused(run("init", "--urdf", tmp_path / "drawn.urdf", tmp_path), 2, "say --j3 alone")
+    refused(
+        run("init", "--urdf", tmp_path / "drawn.urdf", tmp_path), 2, "joints 2 and 3 do not count", "say --j3 alone"
+    )
     assert run("init", "--urdf", tmp_path / "drawn.urdf", "--j3", "alone", tmp_path).returncode == 0
     refused(run("init", "--urdf", tmp_path / "drawn.urdf", "--j3", "alone", tmp_path), 2, "it is there")

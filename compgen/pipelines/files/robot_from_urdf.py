@@ -9,6 +9,7 @@ import numpy as np
 from compgen.core.exceptions import InputError, naming_file
 from compgen.core.units import DEG, MM
 from compgen.pipelines.files.robot_file import arm_of
+from compgen.robot.arm_geometry import ClassArm
 from compgen.robot.urdf import UrdfArm, read_urdf
 
 TIME_TO_SPEED = 0.875  # [s] that full speed takes, as assumed for the shipped arms
@@ -90,13 +91,20 @@ def robot_from_urdf(source: str, *, coupled: bool) -> tuple[str, str]:
             )
     _check_radians(source, read)
     if coupled and (arm.sign[1] < 0 or arm.sign[2] < 0):
-        raise InputError(
-            f"{source}: joints 2 and 3 do not count as FANUC's do, whose joint 3 is J2 + J3; say --j3 alone"
-        )
+        cause = "joints 2 and 3 do not count as FANUC's do"
+        if (arm.sign[1:3] < 0).all() and _reaches_back(arm):
+            cause = "axis 2 lies behind axis 1, seen to where the arm reaches (a1 is negative), as in no FANUC arm"
+        raise InputError(f"{source}: {cause}, whose joint 3 is J2 + J3; say --j3 alone")
     text = _text(read, name, Path(source).name, coupled=coupled)
     with naming_file(source):
         arm_of(tomllib.loads(text), text, "its robot file")  # one that would not load is refused here
     return name, text
+
+
+def _reaches_back(arm: ClassArm) -> bool:
+    """Whether the flange of the pose that an arm was read in lies behind axis 1, seen from there to axis 2."""
+    x, y, _ = arm.flange_pose(np.zeros((1, 6))).position[0]
+    return bool(x * np.cos(arm.zero[0]) + y * np.sin(arm.zero[0]) < 0)
 
 
 def _check_radians(source: str, read: UrdfArm) -> None:
