@@ -116,8 +116,10 @@ def fit_frame(artefact: Artefact, touches: Touches, model: ArmModel, data: Measu
     left = rms(frame.residual[~frame.outlier])
     if left > MISFIT:
         raise InputError(_misfit(artefact, touches, model, data, left))
-    turn = frame.sigma[:3].max()
+    turn, worse = frame.sigma[:3].max(), frame.noise / float(np.median(sigma_of(touches)))
     if turn > VAGUE:
+        if worse > 1 and turn / (worse * np.sqrt(frame.shared)) <= VAGUE:  # at the usual noise the spheres tell it
+            raise InputError(_misfit(artefact, touches, model, data, left))
         raise InputError(
             f"{artefact.source}: the spheres touched lie on a line or near each other: the frame's turn is known to "
             f"{turn / DEG:.2f} deg only; touch spheres apart"
@@ -227,9 +229,9 @@ def _misfit(artefact: Artefact, touches: Touches, model: ArmModel, data: Measure
         renamed = replace(touches, target=order[touches.target])
         rows = touches_of_part(artefact, renamed, data.direction, data.rise.shape[1])
         distance = measured_distance(initial_frames(rows, position, rotation), rows, position, rotation)
-        if rms(distance) <= MISFIT:
+        if rms(distance) <= min(MISFIT, left / 2):
             return f"{missed}: are '{artefact.names[i]}' and '{artefact.names[j]}' swapped?"
     return (
-        f"{missed}: check the spheres' places (mm) and names, the probe in the flange, and the pendant's convention of "
-        "the joints"
+        f"{missed}: check the spheres' places (mm) and names, the probe in the flange, the sign of value_mm, and the "
+        "pendant's convention of the joints"
     )

@@ -46,10 +46,10 @@ def artefact_text(places=PLACES, frame="world", unknown=(), **extra):
     return "\n".join(lines) + "\n"
 
 
-def commanded(rng, sides, overtravel=0.0, noise=0.0):
+def commanded(rng, sides, overtravel=0.0, noise=0.0, places=PLACES):
     """Poses of the ball: at the spheres' centres, or beside them along a direction; and these directions."""
     target = np.repeat(np.arange(5), EACH)
-    centre = PART.act(PLACES[target])
+    centre = PART.act(places[target])
     normal = rng.normal(size=(len(target), 3)) * [1, 1, 0.3] - [0, 0, 0.4]
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     position = centre - normal * (13 * MM - overtravel) if sides else centre
@@ -67,11 +67,11 @@ def touches_text(arm, target, pose, normal=None, value=0.0, cartesian=False):
         numbers = arm.to_pendant(solve_tool(arm, pose, PROBE, Posture())[0]) / DEG
     if normal is not None:
         head += ["nx", "ny", "nz", "value_mm"]
-    rows = [",".join(head)]
+    rows, values = [",".join(head)], np.broadcast_to(value, len(target))
     for n, t in enumerate(target):
         cells = [NAMES[t], *(f"{v:.9f}" for v in numbers[n])]
         cells += ['"N U T, 0, 0, 0"'] if cartesian else []
-        cells += [*(f"{v:.9f}" for v in normal[n]), f"{value / MM:g}"] if normal is not None else []
+        cells += [*(f"{v:.9f}" for v in normal[n]), f"{values[n] / MM:.9g}"] if normal is not None else []
         rows.append(",".join(cells))
     return "\n".join(rows) + "\n"
 
@@ -165,6 +165,23 @@ def test_one_touch_in_few_does_not_hide_in_the_noise_that_it_makes(tmp_path, arm
     assert np.flatnonzero(fit.outlier).tolist() == [7] * (off > 0)
     assert fit.noise < 10 * UM
     assert_is_part(fit, 50 * UM)
+
+
+def test_deflections_of_the_other_sign_are_a_misfit_and_no_line_of_spheres(tmp_path, arm):
+    """Each is off by twice its deflection, 0 to 2 mm: the frame's turn is known the worse for it, by no line."""
+    rng = np.random.default_rng(9)
+    values = rng.uniform(0, 2 * MM, 5 * EACH)
+    target, pose, normal = commanded(rng, sides=True, overtravel=values[:, None])
+    assert_is_part(fitted(tmp_path, arm, artefact_text(), touches_text(arm, target, pose, normal, values)), 1e-6)
+    with pytest.raises(InputError, match=r"miss the spheres by \d\.\d mm .* the sign of value_mm"):
+        fitted(tmp_path, arm, artefact_text(), touches_text(arm, target, pose, normal, -values))
+
+
+def test_spheres_on_a_line_are_named_as_such_however_well_they_are_touched(tmp_path, arm):
+    line = PLACES * [1, 0, 0] + [[0, 0, 0], [0.1, 0, 0], [0, 0, 0], [-0.1, 0, 0], [0, 1e-4, 0]]
+    target, pose, _ = commanded(np.random.default_rng(10), sides=False, places=line, noise=10 * UM)
+    with pytest.raises(InputError, match="lie on a line or near each other: the frame's turn is known to"):
+        fitted(tmp_path, arm, artefact_text(line), touches_text(arm, target, pose))
 
 
 def test_wrong_touches_are_refused_in_a_line(tmp_path, arm):
