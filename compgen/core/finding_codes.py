@@ -216,7 +216,7 @@ class Code(StrEnum):
         "A joint cannot keep the written speeds: the controller is slower.", "Lower process.feed_mm_s.", WARNING)
     TIMING_BELOW_FEED = ("timing.below_feed", "pipelines", "A part of the path is programmed below the feed.",
         "Lower the feed, or lengthen segments, as the message says.", NOTE)
-    TIMING_FEED = ("timing.feed", "pipelines", "The feed is the nearest that a program can say.", "Nothing.", NOTE)
+    TIMING_FEED = ("timing.feed", "pipelines", "The feed is the next lower that a program can say.", "Nothing.", NOTE)
     TIMING_FEED_ERROR = ("timing.feed_error", "pipelines", "Speeds are rounded to what programs say.", "Nothing.", NOTE)
     TIMING_CLOCK = ("timing.clock", "pipelines", "The written text takes another time than was planned.",
         "Nothing; the report has the text's time.", NOTE)

@@ -1,12 +1,13 @@
 """Rasters on parts as shops have them: rectangles, polygons with holes, at an angle, one way, crossed."""
 
+import naive_ls
 import numpy as np
 import pytest
-from shipped import quiet
+from shipped import path_file, quiet
 
 from compgen.core.exceptions import InputError
 from compgen.pipelines.files.path_file import load_job
-from compgen.pipelines.planned.generate import generate
+from compgen.pipelines.planned.generate import generate, predict
 
 RECTANGLE = 'shape = "rectangle"\nsize_mm = [300, 200]\n'
 NOTCHED = (
@@ -15,14 +16,17 @@ NOTCHED = (
 )
 
 
-def job_of(folder, raster="", boundary=RECTANGLE, lift=20):
+HEXAGON = 'shape = "hexagon"\ncorner_to_corner_mm = 130\nrotation_deg = 7\n'
+
+
+def job_of(folder, raster="", boundary=RECTANGLE, lift=20, overrides=()):
     file = folder / "part.toml"
     file.write_text(
         f'[path]\npattern = "raster"\nstepover_mm = 50\nx_mm = 1100\ny_mm = 0\nz_mm = 100\n{raster}\n'
         f'[process]\nfeed_mm_s = 100\nlift_mm = {lift}\n[[before]]\nstate = "moving"\nfeed_mm_s = 200\nduration_h = 3\n'
         f"[bounds]\nmax_um = 5\n[boundary]\n{boundary}"
     )
-    return load_job(str(file))
+    return load_job(str(file), None, overrides)
 
 
 @pytest.mark.parametrize(
@@ -96,3 +100,32 @@ def test_a_tool_that_goes_back_over_the_part_is_lifted(tmp_path, raster):
     with pytest.raises(InputError, match=r"process\.lift_mm: 0, and the tool goes over the part between sweeps"):
         job_of(tmp_path, raster, lift=0)
     assert job_of(tmp_path, lift=0).plan.process.lift == 0
+
+
+@pytest.mark.parametrize("feed", [2.95, 7.95, 20.0])
+def test_slow_rasters_are_at_feed_but_for_their_short_lines(tmp_path, feed):
+    """Some lines last one period, and are laid shorter by what digits hide: 7 % of it at 2.95 mm/s."""
+    overrides = [f"process.feed_mm_s={feed}", "path.stepover_mm=10", "path.x_mm=1300", "bounds.max_um=400"]
+    planned, corrected = generate(job_of(tmp_path, "", HEXAGON, overrides=overrides), quiet)
+    points, moves = naive_ls.read(corrected.text)
+    places = [[points[int(m.targets[0][2:-1])].groups[1].axes[axis] for axis in "XYZ"] for m in moves]
+    length = np.linalg.norm(np.diff(places, axis=0), axis=1)  # mm
+    speed = np.array([naive_ls.mm_s(m.speed) for m in moves[1:]])
+    on = planned.path.contact[:-1] & planned.path.contact[1:]
+    long = on & (length > 2 * feed * 0.008)
+    assert length[long].sum() > 1000
+    assert speed[long].min() >= 0.98 * feed
+
+
+def test_a_feed_that_no_program_can_say_is_told_before_and_after_the_correction(tmp_path):
+    job = job_of(tmp_path, "", HEXAGON, overrides=["process.feed_mm_s=0.05", "path.x_mm=1300"])
+    for findings in (predict(job, quiet).findings, generate(job, quiet)[1].findings):
+        (told,) = (f.message for f in findings if f.code == "timing.feed")
+        assert "process.feed_mm_s = 0.05 is written as 0.04233 mm/s" in told
+
+
+def test_what_joints_hold_back_is_told_without_a_correction_too():
+    """The shipped raster turns sharply at 200 mm/s, and has no line shorter than a period."""
+    findings = predict(load_job(path_file("raster_1300")), quiet).findings
+    (told,) = (f.message for f in findings if f.code == "timing.below_feed")
+    assert told == "1.2 % of the path length is programmed below feed: joint limits bind there"

@@ -297,6 +297,25 @@ def test_speeds_that_are_held_are_whole_millimetres_a_second():
         assert np.mean(np.abs(reduced - np.round(reduced)) < 1e-9) >= share
 
 
+@pytest.mark.parametrize("feed_mm_s", [0.3, 2.95, 7.95, 20.0, 100.0])
+def test_a_line_laid_for_one_period_slows_nothing(feed_mm_s):
+    """What digits and a correction add to it is left out of its length: (v T - r) / (1 + e)."""
+    feed = feed_mm_s * 1e-3
+    one = (feed * PERIOD - np.sqrt(3) * 1e-6) / (1 + 5e-4)
+    arc = np.concatenate([np.linspace(0, 0.1, 11), 0.1 + one + np.linspace(0, 0.1, 11)])
+    assert np.all(drive_straight(arc, feed).speed == feed)
+
+
+@pytest.mark.parametrize("feed_mm_s", [2.95, 3.9, 7.95, 19.9])
+def test_a_slow_block_loses_little_to_the_step_of_its_speed(feed_mm_s):
+    """Lines of 0.6 periods hold it back: whole millimetres a second would cost up to 40 %."""
+    feed = feed_mm_s * 1e-3
+    arc = np.arange(0, 1000) * (0.6 * feed * PERIOD)
+    speed = drive_straight(arc, feed).speed[300:700]
+    assert np.all(speed <= 0.6 * feed * (1 + 1e-9))
+    assert np.all(speed >= 0.98 * 0.6 * feed)
+
+
 def test_driven_speed_takes_the_planned_time_of_each_run():
     for name in ("circle", "spiral"):
         path, motion = driven(name, 0.2)

@@ -20,7 +20,7 @@ from compgen.core.units import MDEG, MM, MS, UM
 from compgen.error_model.source import RiseDependent
 from compgen.error_model.unmeasured import OF_WARMTH
 from compgen.job.job import Cell, Job
-from compgen.planning.retiming import Trajectory
+from compgen.planning.retiming import Trajectory, shorter_than_period
 from compgen.planning.toolpath import ToolPath
 from compgen.program.program import Program
 from compgen.program.speeds import feed_errors
@@ -120,7 +120,7 @@ def why_uncorrected(solution: Solution) -> str:
     )
 
 
-def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> Iterator[Finding]:
+def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory) -> Iterator[Finding]:
     """Joint limits passed, and speeds that are not the wanted one."""
     if trajectory.utilisation.max() > 1:
         kind, joint = np.unravel_index(int(np.argmax(trajectory.utilisation)), trajectory.utilisation.shape)
@@ -129,24 +129,29 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
             f"{100 * trajectory.utilisation.max():.0f} % of its limit; lower process.feed_mm_s",
         )
-    gaps = np.diff(path.arc)
-    slow = float(gaps[trajectory.speed < feed * path.pace * (1 - 1e-9)].sum() / path.arc[-1])
-    if slow > 0.001:
-        period = job.robot.controller.period
-        short = bool(np.any(gaps < feed * path.pace * period))
+    gaps, feeds = np.diff(path.arc), feed * path.pace
+    slow = trajectory.speed < feeds * (1 - AT_FEED)
+    share = float(gaps[slow].sum() / path.arc[-1])
+    if share > 0.001:
+        short = shorter_than_period(gaps, feeds, job.robot.controller)
         why = (
             "segments there are shorter than feed x the interpolation period, or joint limits bind"
-            if short
-            else ("joint limits bind there")
+            if np.any(slow & short)
+            else "joint limits bind there"
         )
         yield Finding.of(
-            Code.TIMING_BELOW_FEED, f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
+            Code.TIMING_BELOW_FEED, f"{100 * share:.1f} % of the path length is programmed below feed: {why}"
         )
     if abs(feed - job.feed) > SAME_FEED * job.feed:
         yield Finding.of(
             Code.TIMING_FEED,
-            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say",
+            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the next lower that a program "
+            "can say",
         )
+
+
+def words_off(trajectory: Trajectory, program: Program) -> Iterator[Finding]:
+    """Speeds that the text's words say otherwise than they were planned."""
     error, late = feed_errors(trajectory.speed, program.speed, program.lengths())
     if error > FEED_ERROR:
         yield Finding.of(

@@ -67,10 +67,10 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
     """
     planned = corrected_arcs.at_program_positions(plan_lines(job, progress, pages=pages), progress)
     planned = _flown(planned, progress, date)
-    off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
     findings = (
-        *off_file,
+        *own_file_findings(job, planned.path, planned.deviation()),
+        *job_findings.below_feed(job, planned.feed, planned.path, planned.trajectory),
         *motion_findings(effect, job.bounds),
         *lead_findings(effect, planned.path, job),
         *planned.findings,
@@ -243,7 +243,8 @@ def _verdict(
         *job_findings.of_knowledge(job),
         *limited,
         *job_findings.solver(corrected.solution, job.settings),
-        *job_findings.below_feed(job, planned.feed, path, trajectory, text),
+        *job_findings.below_feed(job, planned.feed, path, trajectory),
+        *job_findings.words_off(trajectory, text),
         *delivery.size_findings(job, corrected.delivery, planned.page_stops),
         *job_findings.clocks_apart(trajectory, written),
         *motion_predistortion.findings(planned, prepared, written, corrected.deviation),

@@ -143,7 +143,8 @@ def _text_findings(
 ) -> Iterator[Finding]:
     """How the new text's speeds and times differ from what was planned."""
     path = planned.path
-    yield from job_findings.below_feed(planned.job, planned.feed, path, trajectory, text)
+    yield from job_findings.below_feed(planned.job, planned.feed, path, trajectory)
+    yield from job_findings.words_off(trajectory, text)
     written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace)
     yield from job_findings.clocks_apart(trajectory, written)
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, numbered
 from compgen.core.exceptions import ImpossibleError
-from compgen.core.units import MM
+from compgen.core.units import INCH, MINUTE, MM
 from compgen.planning import joint_curve
 from compgen.planning.joint_curve import JointCurve
 from compgen.robot.robot import Robot
@@ -32,7 +32,8 @@ MARGIN = 0.98  # of each limit, for what the samples between waypoints do not se
 CRUISE_ACCELERATION = 0.8  # share of a joint's acceleration that constant speed may use
 CRUISE_JERK = 0.6
 CHANGE_JERK = 0.5  # share of the remaining jerk for 3 q'' sd sdd; the rest is for q' sddd
-SPEED_STEP = 1e-3  # m/s, a reduced speed is a whole number of mm/s where it can be
+SPEED_STEPS = (MM, 0.1 * INCH / MINUTE)  # m/s, what a program can say: a reduced speed is a whole number of them
+SPEED_LOSS = 0.02  # of a speed, that a step may cost at most
 MIN_SPEED = 0.05e-3  # m/s, about the slowest speed that a program can say
 TINY = 1e-300  # keeps divisors from being zero
 ROUNDS = 60  # of Newton's steps
@@ -108,7 +109,7 @@ def limit_blocks(
         if drivable.min() < MIN_SPEED:
             _raise_too_slow(robot, joints, partition, int(np.argmin(drivable)), arc)
         V = np.minimum(np.minimum(smallest_in_blocks(arc, followable, partition), feed), drivable)
-        V = np.where((feed > V) & (V > SPEED_STEP), np.floor(V / SPEED_STEP + 1e-9) * SPEED_STEP, V)
+        V = np.where(feed > V, whole_steps(V), V)
         left_a = 1 - most[:, 1] * V**2
         left_j = 1 - most[:, 2] * V**3
         A = np.minimum(left_a / most[:, 3], CHANGE_JERK * left_j / (3 * most[:, 5] * V))
@@ -118,6 +119,12 @@ def limit_blocks(
     length = partition.end - partition.begin
     speed = edge_speeds(length, V, A, J, partition.first)
     return Blocks(start=partition.begin, length=length, v0=speed[:-1], v1=speed[1:], v=V, a=A, j=J)
+
+
+def whole_steps(speed: Array) -> Array:
+    """Speeds (B,) [m/s] rounded down to the coarsest step that costs at most ``SPEED_LOSS``, else as they are."""
+    down = [np.floor(speed / step + 1e-9) * step for step in SPEED_STEPS]
+    return np.asarray(np.select([rounded >= (1 - SPEED_LOSS) * speed for rounded in down], down, speed))
 
 
 def _limit_ratios(robot: Robot, joints: JointCurve, partition: Partition) -> Array:
