@@ -84,7 +84,7 @@ def retime(
             rounds up would take two periods for all others.
 
     Returns:
-        The motion. Segments shorter than feed x period run at length / period. Where the controller rounds up, the
+        The motion. Segments ``shorter_than_period`` run at length / period. Where the controller rounds up, the
         times at the waypoints are its; phases and the use of limits are those of the motion that is not rounded.
 
     Raises:
