@@ -118,8 +118,7 @@ class Code(StrEnum):
         "Log the whole run.", OUTSIDE)
     EXECUTED_NO_CLOCK = ("executed.no_clock", "verification",
         "The log has no steady motion that is long enough to find override and time.", "Log a longer run.", WARNING)
-    EXECUTED_PERIODS = ("executed.periods", "verification",
-        "Lines take whole periods, or do not, and the file has it otherwise.",
+    EXECUTED_PERIODS = ("executed.periods", "verification", "Whether lines last whole periods is not as the file has it.",
         "Set controller.rounds_up_to_period in the robot file as said.", WARNING)
     EXECUTED_OVERRIDE_CHANGED = ("executed.override_changed", "verification", "The override changed during the run.",
         "Run it at one override.", OUTSIDE)
