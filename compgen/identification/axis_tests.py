@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, norm
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.pose import Pose
@@ -14,6 +14,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.identification.measured_poses import (
     FARTHEST,
     JOINTS,
+    check_within_limits,
     joints_given,
     numbered_names,
     numbers_or,
@@ -21,11 +22,12 @@ from compgen.identification.measured_poses import (
     row_labels,
     words_or,
 )
+from compgen.identification.measurement_checks import BETTER, FEWEST, SUSPECT, better_reading, nearest_mean
 from compgen.identification.measurements import Measurements, blank_rows
 from compgen.robot.inverse_kinematics import Posture, flange_from_tool
 from compgen.robot.joint_path import follow_branch
 from compgen.robot.kinematics import flange_pose
-from compgen.robot.robot import Robot
+from compgen.robot.robot import Robot, coupling_of
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 DEVIATION = ("dx_um", "dy_um", "dz_um")
@@ -98,6 +100,7 @@ def _motion(table: CsvTable, line: IntArray, lines: tuple[str, ...], position: A
 def _joints(table: CsvTable, robot: Robot, tcp: Array) -> Array:
     """Joints of each row: as given, or by the closed form."""
     if (given := joints_given(table, robot, "lines")) is not None:
+        _check_given(table, robot, tcp, given)
         return given
     angles = [numbers_or(table, c, np.full(len(tcp), d)) * DEG for c, d in zip(TURN, (180.0, 0.0, 0.0), strict=True)]
     tool = Pose(np.array([_constant(table, c) for c in TOOL]) * MM, np.eye(3))
@@ -109,6 +112,37 @@ def _joints(table: CsvTable, robot: Robot, tcp: Array) -> Array:
     if np.abs(flange_pose(robot, theta).position - flange.position).max() > 1e-6:
         raise InputError(f"{table.source}: the commanded places are out of reach; check x_mm y_mm z_mm are of World")
     return theta
+
+
+def _check_given(table: CsvTable, robot: Robot, tcp: Array, theta: Array) -> None:
+    """Raises InputError where joints are outside their limits, or have the tool elsewhere than it was commanded.
+
+    Where the tool sits in the flange is not told: it is where most rows have it. Both are the controller's own, so
+    that a calibration error is in neither.
+    """
+    check_within_limits(robot, theta, lambda m, k: table.location(m, JOINTS[k]))
+    pendant = robot.to_pendant(theta)
+
+    def distance_of(angles: Array) -> Array:
+        flange = flange_pose(robot, robot.to_theta(angles))
+        tool = np.einsum("nji,nj->ni", flange.rotation, tcp - flange.position)
+        return norm(tool - np.median(tool, axis=0))
+
+    as_given = nearest_mean(distance_of(pendant))
+    if as_given <= SUSPECT or len(theta) < FEWEST:
+        return
+    small = np.abs(pendant).max() / DEG <= 7
+    if small and nearest_mean(distance_of(pendant / DEG)) * BETTER < as_given:
+        raise InputError(
+            f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}: the values are radians, not degrees; multiply them "
+            "by 57.29578"
+        )
+    better = better_reading(pendant, distance_of, as_given, coupling_of(robot.pendant_map))
+    where = "" if better is None else f", {better[1] / MM:.1f} mm where {better[0]}"
+    raise InputError(
+        f"{table.source}: the joints have the tool {as_given / MM:.0f} mm from x_mm y_mm z_mm{where}; mend the columns "
+        f"or the pendant table of robot '{robot.name}'; both are as commanded, in World"
+    )
 
 
 def _constant(table: CsvTable, column: str) -> float:

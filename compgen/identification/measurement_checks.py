@@ -263,7 +263,7 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
     def distance_of(pendant: Array) -> Array:
         return _distances(model, rows, robot.to_theta(pendant), 1.0, frames)
 
-    as_given = _mean(_distances(model, rows, rows.theta, 1.0, frames))
+    as_given = nearest_mean(_distances(model, rows, rows.theta, 1.0, frames))
     if as_given <= SUSPECT:
         return
     pendant, coupling = robot.to_pendant(rows.theta), coupling_of(robot.pendant_map)
@@ -282,7 +282,7 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
 
 def _check_mirrored(model: ArmModel, rows: Measurements, as_given: float, limit: float) -> None:
     """Raises InputError where mirrored places explain the joints to less than a limit [m], better than as given."""
-    mirrored = _mean(_distances(model, rows, rows.theta, MIRROR, None))
+    mirrored = nearest_mean(_distances(model, rows, rows.theta, MIRROR, None))
     if mirrored < limit:
         words = _MEASURED[int(rows.kind[0])].words
         raise InputError(
@@ -375,7 +375,7 @@ def better_reading(
     words: list[str] = []
     best, angles = as_given, pendant
     for _ in range(2):
-        tried = [(_mean(distance_of(reading.of(angles))), reading) for reading in readings(coupling)]
+        tried = [(nearest_mean(distance_of(reading.of(angles))), reading) for reading in readings(coupling)]
         least = min(mean for mean, _ in tried)
         # J5 reversed is J4 turned by 180 deg as well: the sign is named, which stands first
         nearest, reading = next(pair for pair in tried if pair[0] <= least * ALIKE + EXACT)
@@ -388,7 +388,7 @@ def better_reading(
     return ("; ".join(words), best) if words and best * BETTER < as_given else None
 
 
-def _mean(distance: Array) -> float:
+def nearest_mean(distance: Array) -> float:
     """Of the nearest rows: a few that were misread say nothing of the columns [m]."""
     nearest = np.sort(distance)[: max(1, int(KEPT * len(distance)))]
     return float(nearest.mean())

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from synthetic import random_theta
 
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_axis_tests
 from compgen.identification.distances import read_distances
@@ -21,6 +22,7 @@ from compgen.identification.touches import read_artefact, read_touches
 from compgen.identification.warm_up import as_warm_up, read_log, with_temperatures
 from compgen.pipelines.files.robot_file import load_any_robot, load_arm
 from compgen.program.frames import default_frames
+from compgen.robot.inverse_kinematics import Posture, solve_tool
 from compgen.robot.kinematics import flange_pose
 
 HEAD = "order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"
@@ -260,6 +262,40 @@ def test_three_stations_of_a_line_are_enough_to_see_a_joint_turn_back(tmp_path, 
     data = read_axis_tests(str(file), arm, 5)
     assert data.direction[:, 1].tolist() == [1, 1, -1, -1, -1, 1]
     assert not data.direction[:, [0, 3, 4, 5]].any()
+
+
+@pytest.mark.parametrize(
+    ("joints", "words"),
+    [
+        (lambda q: q + np.eye(6)[1] * 360, r"line 2, column j2_deg: J2 at 3\d\d\.\d+ deg is outside its limits"),
+        (lambda q: q * DEG, "columns j1_deg to j6_deg: the values are radians, not degrees"),
+        (
+            lambda q: q * [-1, 1, 1, 1, 1, 1],
+            r"the joints have the tool \d+ mm from .*, 0.0 mm where J1 fits with the opp",
+        ),
+        (lambda q: q + np.eye(6)[0] * np.linspace(0, 9, len(q))[:, None], r"the joints have the tool \d+ mm from x_mm"),
+    ],
+    ids=["limit", "radians", "sign", "another line"],
+)
+def test_joints_of_lines_are_refused_where_they_are_not_those_of_the_places(tmp_path, arm, joints, words):
+    tool = Pose(np.array([0.0, 0.0, 0.1]), np.eye(3))
+    steps = np.linspace(-0.3, 0.3, 6)
+    along_x = np.column_stack([1.2 + steps, np.full(6, 0.1), np.zeros(6)])
+    along_y = np.column_stack([np.full(6, 1.2), steps, np.zeros(6)])
+    place = np.concatenate([along_x, along_x[::-1], along_y, along_y[::-1]])
+    down = np.tile(np.diag([1.0, -1.0, -1.0]), (len(place), 1, 1))
+    pendant = arm.to_pendant(solve_tool(arm, Pose(place, down), tool, Posture())[0]) / DEG
+
+    def write(degrees):
+        numbers = np.column_stack([np.tile(np.repeat([1, -1], 6), 2), place * 1e3, np.zeros(len(place)), degrees])
+        lines = [f"{'XY'[n // 12]}," + ",".join(f"{v:.4f}" for v in row) for n, row in enumerate(numbers)]
+        head = "line,direction,x_mm,y_mm,z_mm,dx_um," + ",".join(f"j{k}_deg" for k in range(1, 7))
+        (tmp_path / "lines.csv").write_text("\n".join([head, *lines]) + "\n")
+        return read_axis_tests(str(tmp_path / "lines.csv"), arm, 0)
+
+    assert_allclose(arm.to_pendant(write(pendant).theta) / DEG, pendant, atol=1e-4)
+    with pytest.raises(InputError, match=f"lines.csv.*{words}"):
+        write(joints(pendant))
 
 
 def test_lines_of_an_arm_without_closed_form_need_joints(tmp_path):
