@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.table import read_table
@@ -24,6 +24,7 @@ FARTHEST = 1e8  # mm: a tracker measures 100 m at most, which someone may give i
 SAME = 1e-9  # rad: joints nearer than this are the same pose
 STILL = 0.05 * DEG  # a joint that moves less than this does not move
 LIMIT = 0.01 * DEG  # how far beyond its limit a joint may be printed
+VISIT = 300.0  # s: rows further from their pose's first are another visit, where warmth counts
 TRAVEL = 1e-5  # rad: a joint that turned less than this keeps the direction it had
 
 
@@ -35,7 +36,7 @@ def read_poses(
     Columns: ``time_s`` or ``order`` (else the rows' own order), ``target`` (the reflector; else one), ``j1_deg`` to
     ``j6_deg`` as the pendant shows them, ``x_mm y_mm z_mm`` in the instrument's frame, and where measured
     ``rx_deg ry_deg rz_deg`` (rotation vector), ``sigma_um`` and ``instrument``: one name is one frame, in all files.
-    Rows with the same time, or the same joints one after the other, are one pose.
+    Rows of other reflectors at the same joints, one after the other in time, are one pose, at the time of its first.
 
     Args:
         source: A CSV file.
@@ -62,7 +63,7 @@ def read_poses(
     clock_column = next((c for c in ("time_s", "order") if table.has(c)), None)
     time = None if clock_column is None else table.numbers(clock_column)
     rows = np.argsort(time, kind="stable") if time is not None else np.arange(len(pendant))
-    first, pose = _poses(table, pendant, time, rows)
+    first, pose = _poses(table, pendant, time, rows, reflector, VISIT if timed else np.inf)
     _check_duplicates(table, pose, reflector, names)
     if not frames_known:
         _check_measured_twice(table, reflectors, reflector)
@@ -72,9 +73,10 @@ def read_poses(
         _check_seconds(table, robot, pendant, time, first)
     check_moving(source, pendant, force=force)
     clock = time[first] if time is not None else np.arange(len(first), dtype=float)
+    gaps = _gaps(time, first, pose) if time is not None and clock_column == "order" else None
     return replace(
         blank_rows(theta, pose, row_labels(table), nodes),
-        direction=motion_directions(theta, clock if table.has("order") and not table.has("time_s") else None),
+        direction=motion_directions(theta, gaps),
         time=clock,
         reflector=reflector,
         position=position * MM,
@@ -113,15 +115,15 @@ def joints_given(table: CsvTable, robot: Robot, rows: str) -> Array | None:
     return None
 
 
-def motion_directions(theta: Array, order: Array | None = None) -> Array:
+def motion_directions(theta: Array, gaps: BoolArray | None = None) -> Array:
     """The direction each joint came with, from the pose before, (M, 6) of -1, 0, 1.
 
-    A joint that stood still keeps the direction it had; before the first pose, and where ``order`` (M,) leaves out
-    poses in between, nothing is known.
+    A joint that stood still keeps the direction it had; before the first pose, and where poses in between are left out
+    (``gaps`` (M,)), nothing is known.
     """
     direction = np.zeros_like(theta)
     for m in range(1, len(theta)):
-        if order is not None and order[m] - order[m - 1] > 1:
+        if gaps is not None and gaps[m]:
             continue
         step = theta[m] - theta[m - 1]
         direction[m] = np.where(np.abs(step) > TRAVEL, np.sign(step), direction[m - 1])
@@ -161,10 +163,16 @@ def _check_seconds(table: CsvTable, robot: Robot, pendant: Array, time: Array, f
     )
 
 
-def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) -> tuple[IntArray, IntArray]:
-    """The first row of each pose in time, and the pose of each row."""
+def _poses(
+    table: CsvTable, pendant: Array, time: Array | None, rows: IntArray, reflector: IntArray, visit: float
+) -> tuple[IntArray, IntArray]:
+    """The first row of each pose in time, and the pose of each row.
+
+    A row of the joints of the row before is of its pose, until a reflector comes again later: that is a new visit, as
+    is what comes more than ``visit`` behind the pose's first row.
+    """
     first: list[int] = []
-    pose = np.empty(len(pendant), dtype=int)
+    pose, seen = np.empty(len(pendant), dtype=int), set[int]()
     for before, i in zip([-1, *rows.tolist()[:-1]], rows.tolist(), strict=True):
         same_joints = before >= 0 and bool(np.abs(pendant[i] - pendant[before]).max() * DEG <= SAME)
         same_time = before >= 0 and (time is None or time[i] == time[before])
@@ -174,10 +182,20 @@ def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) 
                 f"{table.location(i, column)}: other joints at the time of line {table.line[before]}; "
                 "give each pose its own time"
             )
-        if not (same_joints and same_time):
+        late = time is not None and before >= 0 and time[i] - time[first[-1]] > visit
+        if not same_joints or (not same_time and (late or int(reflector[i]) in seen)):
             first.append(i)
+            seen.clear()
+        seen.add(int(reflector[i]))
         pose[i] = len(first) - 1
     return np.array(first), pose
+
+
+def _gaps(order: Array, first: IntArray, pose: IntArray) -> BoolArray:
+    """Before which poses others were left out, (M,): numbers are missing behind the last row of the pose before."""
+    last = np.full(len(first), -np.inf)
+    np.maximum.at(last, pose, order)
+    return np.append(False, order[first[1:]] - last[:-1] > 1)
 
 
 def _check_duplicates(table: CsvTable, pose: IntArray, reflector: IntArray, names: list[str]) -> None:

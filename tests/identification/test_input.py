@@ -203,6 +203,28 @@ def test_directions_come_from_the_pose_before_and_are_unknown_across_a_gap(tmp_p
     assert (gap.direction[6] == 0).all()
 
 
+@pytest.mark.parametrize("column", ["time_s", "order"])
+def test_reflectors_of_a_pose_that_say_their_own_times_are_of_one_pose(tmp_path, arm, rows, column):
+    head = HEAD.replace("order", column)
+    own = [[str(12 * k if column == "time_s" else k), *r[1:]] for k, r in enumerate(rows)]
+    by_pose, by_row = read(tmp_path, arm, text(rows, head)), read(tmp_path, arm, text(own, head))
+    for name in ("theta", "pose", "direction"):
+        assert np.array_equal(getattr(by_row, name), getattr(by_pose, name))
+    assert by_row.time.tolist() == [float(r[0]) for r in own[::2]]
+    lost = read(tmp_path, arm, text([r for k, r in enumerate(own) if k not in (6, 7)], head))
+    assert (lost.direction[3] == 0).all() == (column == "order")
+
+
+def test_a_reflector_that_comes_again_at_the_same_joints_is_a_new_visit(tmp_path, arm, rows):
+    head, pair = HEAD.replace("order", "time_s"), rows[:2]
+    again = [["0", *pair[0][1:]], ["12", *pair[1][1:]], ["24", *pair[0][1:]], ["36", *pair[1][1:]]]
+    others = [[str(100 * int(r[0])), *r[1:]] for r in rows[2:]]
+    assert read(tmp_path, arm, text(again + others, head)).pose[:4].tolist() == [0, 0, 1, 1]
+    late = [["0", *pair[0][1:]], ["320", *pair[1][1:]], *([str(1000 * int(r[0])), *r[1:]] for r in rows[2:])]
+    assert read(tmp_path, arm, text(late, head)).pose[:2].tolist() == [0, 0]
+    assert read(tmp_path, arm, text(late, head), timed=True).pose[:2].tolist() == [0, 1]
+
+
 def test_lines_need_both_senses_and_a_deviation(tmp_path, arm):
     file = tmp_path / "lines.csv"
     file.write_text("direction,x_mm,y_mm,z_mm\n1,1200,0,0\n")
