@@ -102,8 +102,7 @@ class Code(StrEnum):
         "Too few arms and days keep the axis.", "As for bounds.guaranteed.max_um.", OUTSIDE)
     BOUNDS_GUARANTEED_TOGETHER = ("bounds.guaranteed.together", "verification",
         "Each guaranteed bound is kept alone, but not all at once.", "Raise one of them.", OUTSIDE)
-    EXECUTED_THIS = ("executed.this", "verification",
-        "The log is of this program and not of the others that were given.", "Nothing.", NOTE)
+    EXECUTED_THIS = ("executed.this", "verification", "The log is of this program, not of others.", "Nothing.", NOTE)
     EXECUTED_OTHER = ("executed.other", "verification", "The log is of another program than the one that is judged.",
         "Load the program that was meant.", OUTSIDE)
     EXECUTED_UNSURE = ("executed.unsure", "verification", "The log cannot tell this program from another one.",
@@ -118,7 +117,7 @@ class Code(StrEnum):
         "Log the whole run.", OUTSIDE)
     EXECUTED_NO_CLOCK = ("executed.no_clock", "verification",
         "The log has no steady motion that is long enough to find override and time.", "Log a longer run.", WARNING)
-    EXECUTED_PERIODS = ("executed.periods", "verification", "Whether lines last whole periods is not as the file has it.",
+    EXECUTED_PERIODS = ("executed.periods", "verification", "Lines last whole periods, or not, unlike the file says.",
         "Set controller.rounds_up_to_period in the robot file as said.", WARNING)
     EXECUTED_OVERRIDE_CHANGED = ("executed.override_changed", "verification", "The override changed during the run.",
         "Run it at one override.", OUTSIDE)
@@ -173,6 +172,7 @@ class Code(StrEnum):
         "Find out whether instrument, reflector or base moved; measure again.", REFUSED, WARNING)
     FORECAST_FEW = ("forecast.few", "identification", "Too few blocks could be foretold to judge the fit's own band.",
         "Measure as many poses as the message says.", NOTE)
+    UNKNOWN_SIDES = ("unknown_sides", "identification", "Play explains rows of unknown sides.", "Leave no gaps.", NOTE)
     REVERSALS_WIDTH = ("reversals.width", "identification", "Says the lost motion of reversal runs.", "Nothing.", NOTE)
     REVERSALS_HELD = ("reversals.held", "identification", "No small reversal shows a joint's play until it is through.",
         "Run and measure reversals.csv of cgen plan-poses.", NOTE)

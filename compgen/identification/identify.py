@@ -38,6 +38,7 @@ from compgen.identification.measured_turns import check_fitted_turns
 from compgen.identification.measurement_checks import check_plausible, check_row_count, check_scale
 from compgen.identification.measurements import WORLD, Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
+from compgen.identification.outliers import explained_by_play, reach_of_play, unknown_sides_finding
 from compgen.identification.parameters import candidate_models, symbolic_sources, warm_up_states
 from compgen.identification.reversals import (
     LostMotion,
@@ -163,7 +164,7 @@ def identify(
     model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
     data = data if lost_motion is None else with_runs_as_poses(data, lost_motion)
-    candidates = _fitted_candidates(model, data, progress)
+    data, candidates, of_sides = _fitted_of_known_sides(model, data, progress)
     best = _best_of(candidates, data)
     progress(stages.WARMTH, 0.9)
     misread = log_findings(model, data, candidates[best].fit, facts.nodes) if facts is not None else []
@@ -180,6 +181,7 @@ def identify(
         *known_here_only(here, anywhere),
         *_left(data, selected, limits, chosen),
         *lost_motion_findings(robot, lost_motion, chosen),
+        *of_sides,
         *unobservable(model, data, selected.fit),
         *forecast_findings(limits, warm=warm),
         *misread,
@@ -293,6 +295,21 @@ def _with_needed_warmth(
     validated = cross_validate(model, data, fitted)
     fitted = with_uncertain_scales(model, data, fitted)
     return data, FittedCandidate(selected.candidate, fitted, validated), [*shared, *held]
+
+
+def _fitted_of_known_sides(
+    model: ArmModel, data: Measurements, progress: Progress
+) -> tuple[Measurements, list[FittedCandidate], list[Finding]]:
+    """All models, fitted without rows that are far off by play from an unknown side, the rows left, what is said."""
+    candidates = _fitted_candidates(model, data, progress)
+    best = candidates[_best_of(candidates, data)].fit
+    distance = np.linalg.norm(best.residual, axis=1)
+    left_out = explained_by_play(data, best.outlier, distance, reach_of_play(model, data, best.p, best.frames))
+    if not left_out.any():
+        return data, candidates, []
+    said = unknown_sides_finding(data, np.flatnonzero(left_out), distance)
+    data = data.subset(~left_out)
+    return data, _fitted_candidates(model, data, progress), [said]
 
 
 def _fitted_candidates(model: ArmModel, data: Measurements, progress: Progress) -> list[FittedCandidate]:

@@ -25,6 +25,7 @@ SAME = 1e-9  # rad: joints nearer than this are the same pose
 STILL = 0.05 * DEG  # a joint that moves less than this does not move
 LIMIT = 0.01 * DEG  # how far beyond its limit a joint may be printed
 VISIT = 300.0  # s: rows further from their pose's first are another visit, where warmth counts
+SMALL = 2.5 * DEG  # a joint's longest step within a reversal run
 TRAVEL = 1e-5  # rad: a joint that turned less than this keeps the direction it had
 
 
@@ -119,14 +120,15 @@ def motion_directions(theta: Array, gaps: BoolArray | None = None) -> Array:
     """The direction each joint came with, from the pose before, (M, 6) of -1, 0, 1.
 
     A joint that stood still keeps the direction it had; before the first pose, and where poses in between are left out
-    (``gaps`` (M,)), nothing is known.
+    (``gaps`` (M,)), nothing is known. A run's joint that alone turned on, by a small step, turned on before it as well.
     """
     direction = np.zeros_like(theta)
     for m in range(1, len(theta)):
-        if gaps is not None and gaps[m]:
-            continue
         step = theta[m] - theta[m - 1]
-        direction[m] = np.where(np.abs(step) > TRAVEL, np.sign(step), direction[m - 1])
+        moved = np.abs(step) > TRAVEL
+        goes_on = moved.sum() == 1 and np.abs(step).max() < SMALL and (np.sign(step) == direction[m - 1])[moved].all()
+        if gaps is None or not gaps[m] or goes_on:
+            direction[m] = np.where(moved, np.sign(step), direction[m - 1])
     return direction
 
 

@@ -1,19 +1,34 @@
-"""Rows of measurements too far off to be noise: which they are, and how little they weigh before that is known.
+r"""Rows of measurements too far off to be noise: which they are, and how little they weigh before that is known.
 
 A row is an outlier whose deviation from what the other rows say has a chance below 1 % of happening even once in all
 rows of Gaussian noise. Until then Student's t gives each the weight (4 + n) / (4 + |z|^2 / s^2), n its numbers.
+
+At the first row of a file, and behind a gap in it, nobody knows on which side of their play joints are. A joint that
+lags behind by b u, u in [-1, 1], moves a row's residual z. Where u is not known, z is that of u = 0 to
+
+    sum_i |z(u_i = 1) - z(u_i = 0)|        over the joints that are not known,
+
+to first order. A row that is far from the others, and no further than so, says nothing of either.
 """
+
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import chdtri
 
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.finding_codes import Code
+from compgen.core.findings import Finding
+from compgen.core.units import UM
 from compgen.identification.evidence import Posterior
+from compgen.identification.instrument_frames import InstrumentFrames
 from compgen.identification.linearisation import Linearisation
 from compgen.identification.measurements import PLACE, Measurements
+from compgen.identification.model import ArmModel
 
 CHANCE = 0.01  # that Gaussian noise alone sets a row aside, somewhere in the data
 DEGREES_OF_FREEDOM = 4.0  # of Student's t
+BEYOND = 1.5  # times what play explains: half-widths are not known exactly, and instruments have noise
 
 
 def outlier_threshold(rows: int, numbers: IntArray | int = 3) -> Array:
@@ -46,3 +61,30 @@ def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Mea
 def student_weights(z: Array, s2: Array, numbers: IntArray) -> Array:
     """Weights of Student's t for rows of one number or three, (N,)."""
     return np.asarray((DEGREES_OF_FREEDOM + numbers) / (DEGREES_OF_FREEDOM + (z**2).sum(axis=1) / s2))
+
+
+def reach_of_play(model: ArmModel, data: Measurements, p: Array, frames: InstrumentFrames) -> Array:
+    """How far each row may be from where it is predicted, for joints whose side is not known, (N,) [m]."""
+
+    def residual(direction: Array) -> Array:
+        return np.nan_to_num(frames.residual(data, *model.pose(replace(data, direction=direction), p)))
+
+    middle, unknown = residual(data.direction), data.direction == 0
+    sides = [residual(data.direction + unknown * joint) - middle for joint in np.eye(6)]
+    return np.asarray(np.linalg.norm(sides, axis=2).sum(axis=0))
+
+
+def explained_by_play(data: Measurements, far: BoolArray, distance: Array, reach: Array) -> BoolArray:
+    """Which rows are off by no more than the unknown sides of their joints, at poses with one that is far off, (N,)."""
+    within = distance <= BEYOND * reach
+    return np.asarray(within & np.isin(data.pose, data.pose[far & within]))
+
+
+def unknown_sides_finding(data: Measurements, rows: IntArray, distance: Array) -> Finding:
+    """What is said of rows that play explains, of which there is one or more."""
+    worst, count = int(rows[np.argmax(distance[rows])]), f"{len(rows)} rows do" if len(rows) > 1 else "1 row does"
+    return Finding.of(
+        Code.UNKNOWN_SIDES,
+        f"{count} not count: it is not known from which side their joints came (the first pose, a gap in 'order'), and "
+        f"play explains what is off, up to {distance[worst] / UM:.0f} um ({data.label[worst]})",
+    )

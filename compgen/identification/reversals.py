@@ -32,12 +32,12 @@ from compgen.core.findings import Finding
 from compgen.core.units import DEG, MDEG
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.source import DirectionDependent, Law, ReversalWidths
+from compgen.identification.measured_poses import SMALL
 from compgen.identification.measurements import PLACE, TOUCH, Measurements
 from compgen.identification.model import SymbolicSource
 from compgen.identification.outliers import outlier_threshold
 from compgen.robot.robot import Robot
 
-STEP = 2.5 * DEG  # a joint's longest step within a run
 STILL = 1e-5  # rad: joints that turn less stand
 LEAST_POSES = 8  # of a run
 THROUGH = 0.95  # of a side: beyond, play is run through
@@ -194,7 +194,7 @@ def _runs(data: Measurements) -> Iterator[tuple[int, IntArray]]:
     seen = np.isin(np.arange(len(data.theta)), data.pose[data.kind == PLACE])
     turn = np.diff(data.theta, axis=0)
     moves = np.abs(turn) > STILL
-    alone = (moves.sum(axis=1) == 1) & (np.abs(turn).max(axis=1, initial=0.0) < STEP) & data.direction[1:].any(axis=1)
+    alone = (moves.sum(axis=1) == 1) & (np.abs(turn).max(axis=1, initial=0.0) < SMALL) & data.direction[1:].any(axis=1)
     joint = np.where(alone, np.argmax(moves, axis=1), -1)
     begin = 0
     for m in range(1, len(joint) + 1):

@@ -23,7 +23,7 @@ from compgen.identification.measured_turns import turned_findings
 from compgen.identification.measurement_checks import check_plausible, check_row_count
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, build_model, fixed_source
-from compgen.identification.outliers import outlier_threshold
+from compgen.identification.outliers import explained_by_play, outlier_threshold, reach_of_play, unknown_sides_finding
 from compgen.identification.parameters import without_force
 from compgen.identification.reversals import has_runs, with_directions
 from compgen.identification.verdict import left_findings, set_aside_findings
@@ -91,7 +91,10 @@ def validate(
         of_nominal, frames = _frames_of_each(nominal, identified, data)
     residual = _residual(identified, data, frames)
     distances = [np.linalg.norm(r, axis=1) for r in (_residual(nominal, data, of_nominal or frames), residual)]
-    outlier, findings = far_rows(data, residual), turned_findings(identified, data, frames)
+    far, findings = far_rows(data, residual), turned_findings(identified, data, frames)
+    reach = reach_of_play(identified, data, np.zeros(0), frames)
+    explained = explained_by_play(data, far, distances[1], reach)
+    outlier, beyond = far & ~explained, np.maximum(distances[1] - reach, 0.0)
     if outlier.mean() > MOST:
         message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
         findings.append(Finding.of(Code.OUTLIERS, message))
@@ -99,12 +102,16 @@ def validate(
     farthest = np.argsort(-distances[1])
     usual = np.full(len(outlier), np.median(distances[1]))
     findings += set_aside_findings(data.label, farthest[outlier[farthest]], distances[1], usual)
-    kept = np.where(outlier, 0.0, distances[1])
+    kept = np.where(outlier, 0.0, beyond)
     worst = int(np.argmax(kept))
+    if bound is not None:
+        explained |= ~outlier & (distances[1] > bound) & (beyond <= bound)
+    if explained.any():
+        findings.append(unknown_sides_finding(data, np.flatnonzero(explained), distances[1]))
     if bound is not None and kept[worst] > bound:
-        message = f"{data.label[worst]}: error of {kept[worst] / UM:.1f} um exceeds --max-um {bound / UM:g}"
+        message = f"{data.label[worst]}: error of {distances[1][worst] / UM:.1f} um exceeds --max-um {bound / UM:g}"
         findings.append(Finding.of(Code.BOUNDS_MAX_UM, message))
-    of_three = distances[1] * np.sqrt(3 / data.numbers)
+    of_three = beyond * np.sqrt(3 / data.numbers)
     return Validation(
         data=data,
         nominal=distances[0],

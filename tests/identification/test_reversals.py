@@ -16,7 +16,7 @@ from compgen.core.units import DEG, MDEG, UM
 from compgen.error_model.source import ReversalWidths
 from compgen.identification.instrument_frames import initial_frames
 from compgen.identification.linearisation import linearise
-from compgen.identification.measured_poses import motion_directions
+from compgen.identification.measured_poses import motion_directions, read_poses
 from compgen.identification.measurements import Measurements, plain_ends
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
@@ -115,6 +115,25 @@ def test_width_half_width_and_law_are_found(plan, law, seed):
     assert motion.width_sigma.max() < 1.2
     assert np.abs((motion.half_width - BACKLASH)[known] / motion.half_sigma[known]).max() < 3.5
     assert (motion.half_sigma / motion.half_width)[known].max() < 0.36
+
+
+def test_a_pose_that_is_missing_within_a_run_leaves_its_joint_on_its_side(plan, tmp_path):
+    """Where it was taken for the middle of its play, a width of 140 mdeg had twice the half-width."""
+    robot = load_arm("m710ic50").robot
+    theta, rows = joints_of(robot, plan / "reversals.csv")
+    half, width = np.full(6, 12 * MDEG), np.full(6, 0.15 * DEG)
+    places = measured(robot, theta, "dahl", 8 * UM, 1, half, width)
+    columns = ("order", *(f"j{k}_deg" for k in range(1, 7)))
+    first = {int(row["order"]): [row[c] for c in columns] for row in rows}
+    lines = [",".join((*columns, "target", "x_mm", "y_mm", "z_mm"))]
+    for n in (n for n in range(len(theta)) if n != 7):
+        lines += [",".join((*first[n], f"r{r}", *(f"{1e3 * v:.6f}" for v in places[n, r]))) for r in range(2)]
+    file = tmp_path / "reversals.csv"
+    file.write_text("\n".join(lines) + "\n")
+    motion = fit_lost_motion(read_poses(str(file), robot, 0), ASSUMED)
+    assert motion is not None
+    assert motion.half_width[0] / MDEG == pytest.approx(12, abs=1)
+    assert motion.width[0] / width[0] == pytest.approx(1, abs=0.2)
 
 
 def test_without_play_no_width_is_known(plan):
