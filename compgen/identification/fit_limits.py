@@ -59,6 +59,23 @@ class _Forecast:
     covariance: Array  # (3 n, 3 n) [m^2] without kappa
 
 
+@dataclass(frozen=True, slots=True)
+class _Repeats:
+    """What visits to the same poses tell."""
+
+    variance: float  # [m^2] of a coordinate between visits, less the instrument's
+    spread: float  # [m^2] its standard deviation
+    share: float  # of the numbers by which poses tell what their rows share
+
+    def spread_of_rest(self, spread: float) -> float:
+        """Standard deviation of what is left of a variance known to +- spread, in which the visits count, [m^2].
+
+        cov = share spread_visits^2, so that spread^2 + (1 - 2 share) spread_visits^2 is that of the difference.
+        """
+        square = spread**2 + (1 - 2 * self.share) * self.spread**2
+        return max(float(np.sqrt(max(square, 0.0))), (1 - self.share) * self.spread, NOTHING)
+
+
 def assess_fit_limits(model: ArmModel, data: Measurements, fitted: Fit, *, temperatures: bool) -> FitLimits:
     """What a fit leaves, from its residuals and from forecasts.
 
@@ -69,15 +86,15 @@ def assess_fit_limits(model: ArmModel, data: Measurements, fitted: Fit, *, tempe
         temperatures: Whether those of the warm-up were measured; else nothing warm is known.
     """
     (shared, spread), repeats = _pose_variance(data, fitted), _repeat_variance(data, fitted)
-    again, spread_again = repeats or (0.0, 0.0)
+    again = repeats or _Repeats(0.0, 0.0, 0.0)
     forecasts = _forecasts(model, data, fitted)
     warmth = _warmth(model, data, fitted)
     missing = _missing(forecasts, warmth) if temperatures and warmth.max(initial=0.0) > WARMTH else None
     scores = [_score(f, (missing or 0.0) * warmth) for f in forecasts]
     return FitLimits(
-        noise=float(np.sqrt(mean_if_not_negative(shared - again, max(np.hypot(spread, spread_again), NOTHING)))),
+        noise=float(np.sqrt(mean_if_not_negative(shared - again.variance, again.spread_of_rest(spread)))),
         missing=missing,
-        repeatability=None if repeats is None else float(np.sqrt(again)),
+        repeatability=None if repeats is None else float(np.sqrt(repeats.variance)),
         scale=max(float(np.sqrt(np.mean(scores))), 1.0) if scores else 1.0,
         blocks=len(scores),
     )
@@ -187,11 +204,8 @@ def mean_if_not_negative(value: float, sigma: float) -> float:
     return max(value + sigma * float(np.exp(-(z**2) / 2 - log_ndtr(z)) / np.sqrt(2 * np.pi)), 0.0)
 
 
-def _repeat_variance(data: Measurements, fitted: Fit) -> tuple[float, float] | None:
-    """Variance of a coordinate between visits to a pose, less the instrument's, and its standard deviation [m^2].
-
-    None with too few of them.
-    """
+def _repeat_variance(data: Measurements, fitted: Fit) -> _Repeats | None:
+    """What visits to the same poses tell; None with too few of them."""
     same = np.round(np.column_stack([data.theta / SAME_POSE, data.rise / SAME_RISE, np.sign(data.direction)]))
     _, group = np.unique(same, axis=0, return_inverse=True)
     kept = ~fitted.outlier & (data.kind == PLACE)
@@ -208,7 +222,8 @@ def _repeat_variance(data: Measurements, fitted: Fit) -> tuple[float, float] | N
     if freedom < LEAST_REPEATS:
         return None
     variance = (squares - instrument * float(fitted.posterior.scales.noise[PLACE])) / freedom
-    return max(variance, 0.0), squares / freedom * float(np.sqrt(2 / freedom))
+    spread = squares / freedom * float(np.sqrt(2 / freedom))
+    return _Repeats(max(variance, 0.0), spread, freedom / (3 * len(visits)))
 
 
 def forecast_blocks(data: Measurements) -> tuple[IntArray, int]:
