@@ -1,6 +1,8 @@
 """Files of measured distances: between two reflectors on the flange, or to a place that stands in the cell."""
 
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
@@ -40,7 +42,8 @@ def read_distances(
     Columns: ``a_j1_deg`` to ``a_j6_deg`` as the pendant shows them, where ``a_target`` (a reflector; else one) was;
     ``b_j1_deg`` to ``b_j6_deg`` and ``b_target``, the other end: left out or empty, it is a place that stands in the
     cell, as the socket of a ballbar, unknown and fitted along; ``distance_mm`` between the two, and where known
-    ``time_s`` and ``sigma_um``. Rows with the same joints at the same time are one pose.
+    ``time_s`` and ``sigma_um``. Rows with the same joints at the same time are one pose; without times, until joints
+    return after others with two ends that were measured there before.
 
     Args:
         source: A CSV file.
@@ -63,7 +66,8 @@ def read_distances(
     a_name = words_or(table, "a_target", REFLECTOR)
     b_name = table.words("b_target") if table.has("b_target") else [(SOCKET, REFLECTOR)[int(c)] for c in carried]
     reflectors, sockets = _named_ends(table, a_name, b_name, carried)
-    pose_a, pose_b, pendant, row_of_pose = _poses(near, far, carried, time)
+    targets = list(zip(a_name, b_name, strict=True))
+    pose_a, pose_b, pendant, row_of_pose = _poses(near, far, carried, time, targets, distance)
     theta = robot.to_theta(pendant)
     check_within_limits(
         robot,
@@ -130,20 +134,34 @@ def _named_ends(
 
 
 def _poses(
-    near: Array, far: Array, carried: BoolArray, time: Array | None
+    near: Array, far: Array, carried: BoolArray, time: Array | None, targets: Sequence[tuple[str, str]], distance: Array
 ) -> tuple[IntArray, IntArray, Array, IntArray]:
-    """The pose of each row's ends, the poses' joints [rad] in the order driven, and the first row of each."""
-    number: dict[tuple[float, ...], int] = {}
+    """The pose of each row's ends, the poses' joints [rad] in the order driven, and the first row of each.
+
+    Joints that return after others are the pose they were, but without times, where the same two ends were measured
+    there before, a new one: the arm may have come from another side. Copied rows are none.
+    """
+    current, measured = dict[tuple[float, ...], int](), dict[Hashable, set[float]]()
     joints, rows = list[Array](), list[int]()
     pose = np.full((2, len(near)), NONE)
-    for n in range(len(near)) if time is None else np.argsort(time, kind="stable").tolist():
-        for end, q in ((0, near[n]), (1, far[n])) if carried[n] else ((0, near[n]),):
-            key = (*np.round(q / SAME).tolist(), 0.0 if time is None else float(time[n]))
-            if key not in number:
-                number[key] = len(joints)
-                joints.append(q)
-                rows.append(n)
-            pose[end, n] = number[key]
+    ends = [(near[n], far[n]) if carried[n] else (near[n],) for n in range(len(near))]
+    clock = np.zeros(len(near)) if time is None else time
+    keys = [tuple((*np.round(q / SAME).tolist(), float(clock[n])) for q in ends[n]) for n in range(len(near))]
+    for at, run in groupby(np.argsort(clock, kind="stable").tolist(), lambda n: keys[n]):
+        lines, here = list(run), tuple(current.get(key, NONE) for key in at)
+        before = [measured.get((here, targets[n]), set()) for n in lines]
+        copied = all(distance[n] in values for n, values in zip(lines, before, strict=True))
+        if time is None and any(before) and not copied:
+            for key in at:
+                current.pop(key, None)
+        for n in lines:
+            for end, (key, q) in enumerate(zip(at, ends[n], strict=True)):
+                if key not in current:
+                    current[key] = len(joints)
+                    joints.append(q)
+                    rows.append(n)
+                pose[end, n] = current[key]
+            measured.setdefault((tuple(current[key] for key in at), targets[n]), set()).add(float(distance[n]))
     return pose[0], pose[1], np.array(joints), np.array(rows)
 
 

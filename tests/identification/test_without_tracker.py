@@ -16,6 +16,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
+from compgen.identification.distances import read_distances
 from compgen.identification.fit import fit
 from compgen.identification.identifiability import taught_sigma, unobservable, unseen_directions
 from compgen.identification.identify import identify
@@ -145,6 +146,25 @@ def test_distances_are_read_as_driven(arm, tmp_path, distances):
     assert data.reflectors == ("r1", "r2") or data.reflectors == ("r2", "r1")
     step = np.sign(data.theta[1:] - data.theta[:-1])
     assert (data.direction[1:] == step).all()  # each pose is come to from the one before, a then b
+
+
+@pytest.mark.parametrize("missing", [(), (9, 31)])
+def test_a_place_that_an_arm_comes_to_again_is_another_visit_also_without_times(arm, tmp_path, missing):
+    """Each place from below and from above, a ballbar to two sockets; the same distance is read by chance at times."""
+    theta, way = random_theta(arm.robot, np.random.default_rng(4), 8), 2 * DEG
+    driven = [q + step * way for q in theta for step in (-1, 0, 1, 0)]
+    rows = []
+    for n, q in enumerate(driven):
+        for k, (name, ball) in enumerate((name, ball) for name in ("r1", "r2") for ball in ("s1", "s2")):
+            mm = 900 + 10 * n + k if n % 4 != 3 or k else 900 + 10 * (n - 2)
+            rows.append([name, *degrees(arm, q), ball, *[""] * 6, f"{mm}", f"{60 * n}"])
+    rows = [r for n, r in enumerate(rows) if n not in missing]
+    (tmp_path / "timed.csv").write_text(text([*HEAD, "time_s"], rows))
+    (tmp_path / "untimed.csv").write_text(text(HEAD, [r[:-1] for r in rows]))
+    timed, untimed = (read_distances(str(tmp_path / f"{name}.csv"), arm.robot, 0) for name in ("timed", "untimed"))
+    assert len(timed.theta) == 32
+    for name in ("theta", "pose", "direction"):
+        assert np.array_equal(getattr(untimed, name), getattr(timed, name))
 
 
 def test_all_distances_between_a_few_poses_are_of_these_poses(arm, tmp_path):
