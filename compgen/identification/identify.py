@@ -163,8 +163,7 @@ def identify(
     sources, lost_motion = _with_measured_widths(sources, data)
     model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
-    data = data if lost_motion is None else with_runs_as_poses(data, lost_motion)
-    data, candidates, of_sides = _fitted_of_known_sides(model, data, progress)
+    data, candidates, of_sides = _fitted_of_known_sides(model, data, lost_motion, progress)
     best = _best_of(candidates, data)
     progress(stages.WARMTH, 0.9)
     misread = log_findings(model, data, candidates[best].fit, facts.nodes) if facts is not None else []
@@ -298,18 +297,19 @@ def _with_needed_warmth(
 
 
 def _fitted_of_known_sides(
-    model: ArmModel, data: Measurements, progress: Progress
+    model: ArmModel, data: Measurements, lost_motion: LostMotion | None, progress: Progress
 ) -> tuple[Measurements, list[FittedCandidate], list[Finding]]:
-    """All models, fitted without rows that are far off by play from an unknown side, the rows left, what is said."""
+    """All models, fitted without rows that are far off by play from an unknown side, the rows left, and a finding."""
+    data = data if lost_motion is None else with_runs_as_poses(data, lost_motion)
     candidates = _fitted_candidates(model, data, progress)
     best = candidates[_best_of(candidates, data)].fit
     distance = np.linalg.norm(best.residual, axis=1)
     left_out = explained_by_play(data, best.outlier, distance, reach_of_play(model, data, best.p, best.frames))
     if not left_out.any():
         return data, candidates, []
-    said = unknown_sides_finding(data, np.flatnonzero(left_out), distance)
+    finding = unknown_sides_finding(data, np.flatnonzero(left_out), distance)
     data = data.subset(~left_out)
-    return data, _fitted_candidates(model, data, progress), [said]
+    return data, _fitted_candidates(model, data, progress), [finding]
 
 
 def _fitted_candidates(model: ArmModel, data: Measurements, progress: Progress) -> list[FittedCandidate]:

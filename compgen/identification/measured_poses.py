@@ -73,12 +73,11 @@ def read_poses(
     if timed and time is not None:
         _check_seconds(table, robot, pendant, time, first)
     check_moving(source, pendant, force=force)
-    clock = time[first] if time is not None else np.arange(len(first), dtype=float)
     gaps = _gaps(time, first, pose) if time is not None and clock_column == "order" else None
     return replace(
         blank_rows(theta, pose, row_labels(table), nodes),
         direction=motion_directions(theta, gaps),
-        time=clock,
+        time=time[first] if time is not None else np.arange(len(first), dtype=float),
         reflector=reflector,
         position=position * MM,
         rotation=_rotation(table),

@@ -91,34 +91,52 @@ def validate(
         of_nominal, frames = _frames_of_each(nominal, identified, data)
     residual = _residual(identified, data, frames)
     distances = [np.linalg.norm(r, axis=1) for r in (_residual(nominal, data, of_nominal or frames), residual)]
-    far, findings = far_rows(data, residual), turned_findings(identified, data, frames)
     reach = reach_of_play(identified, data, np.zeros(0), frames)
-    explained = explained_by_play(data, far, distances[1], reach)
-    outlier, beyond = far & ~explained, np.maximum(distances[1] - reach, 0.0)
-    if outlier.mean() > MOST:
-        message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
-        findings.append(Finding.of(Code.OUTLIERS, message))
-        outlier = np.zeros_like(outlier)
-    farthest = np.argsort(-distances[1])
-    usual = np.full(len(outlier), np.median(distances[1]))
-    findings += set_aside_findings(data.label, farthest[outlier[farthest]], distances[1], usual)
-    kept = np.where(outlier, 0.0, beyond)
-    worst = int(np.argmax(kept))
-    if bound is not None:
-        explained |= ~outlier & (distances[1] > bound) & (beyond <= bound)
-    if explained.any():
-        findings.append(unknown_sides_finding(data, np.flatnonzero(explained), distances[1]))
-    if bound is not None and kept[worst] > bound:
-        message = f"{data.label[worst]}: error of {distances[1][worst] / UM:.1f} um exceeds --max-um {bound / UM:g}"
-        findings.append(Finding.of(Code.BOUNDS_MAX_UM, message))
-    of_three = beyond * np.sqrt(3 / data.numbers)
+    outlier, of_rows = _judged_rows(data, far_rows(data, residual), distances[1], reach, bound)
+    of_three = np.maximum(distances[1] - reach, 0.0) * np.sqrt(3 / data.numbers)
     return Validation(
         data=data,
         nominal=distances[0],
         identified=distances[1],
         outlier=outlier,
-        findings=(*findings, *left_findings(data, of_three, outlier, None, [k.source for k in known], otherwise)),
+        findings=(
+            *turned_findings(identified, data, frames),
+            *of_rows,
+            *left_findings(data, of_three, outlier, None, [k.source for k in known], otherwise),
+        ),
     )
+
+
+def _judged_rows(
+    data: Measurements, far: BoolArray, distance: Array, reach: Array, bound: float | None
+) -> tuple[BoolArray, list[Finding]]:
+    """Which rows are set aside, (N,), and what is to say of single rows.
+
+    Args:
+        data: N rows.
+        far: Which lie far from the others.
+        distance: How far each is off, (N,) [m].
+        reach: How far play from an unknown side may have moved each, (N,) [m].
+        bound: Of the largest error that is not set aside [m].
+    """
+    explained, findings = explained_by_play(data, far, distance, reach), list[Finding]()
+    outlier, beyond = far & ~explained, np.maximum(distance - reach, 0.0)
+    if outlier.mean() > MOST:
+        message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
+        findings.append(Finding.of(Code.OUTLIERS, message))
+        outlier = np.zeros_like(outlier)
+    farthest, usual = np.argsort(-distance), np.full(len(outlier), np.median(distance))
+    findings += set_aside_findings(data.label, farthest[outlier[farthest]], distance, usual)
+    kept = np.where(outlier, 0.0, beyond)
+    worst = int(np.argmax(kept))
+    if bound is not None:
+        explained |= ~outlier & (distance > bound) & (beyond <= bound)
+    if explained.any():
+        findings.append(unknown_sides_finding(data, np.flatnonzero(explained), distance))
+    if bound is not None and kept[worst] > bound:
+        message = f"{data.label[worst]}: error of {distance[worst] / UM:.1f} um exceeds --max-um {bound / UM:g}"
+        findings.append(Finding.of(Code.BOUNDS_MAX_UM, message))
+    return outlier, findings
 
 
 def _frames_of_each(
