@@ -137,12 +137,12 @@ def _check_given(table: CsvTable, robot: Robot, tcp: Array, theta: Array) -> Non
             f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}: the values are radians, not degrees; multiply them "
             "by 57.29578"
         )
-    better = better_reading(pendant, distance_of, as_given, coupling_of(robot.pendant_map))
-    where = "" if better is None else f", {better[1] / MM:.1f} mm where {better[0]}"
-    raise InputError(
-        f"{table.source}: the joints have the tool {as_given / MM:.0f} mm from x_mm y_mm z_mm{where}; mend the columns "
-        f"or the pendant table of robot '{robot.name}'; both are as commanded, in World"
-    )
+    if better := better_reading(pendant, distance_of, as_given, coupling_of(robot.pendant_map)):
+        raise InputError(
+            f"{table.source}: the joints have the tool {as_given / MM:.0f} mm from x_mm y_mm z_mm, "
+            f"{better[1] / MM:.1f} mm where {better[0]}; mend the columns or the pendant table of robot "
+            f"'{robot.name}'; both are as commanded, in World"
+        )
 
 
 def _constant(table: CsvTable, column: str) -> float:

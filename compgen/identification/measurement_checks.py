@@ -109,7 +109,8 @@ def check_copies(data: Measurements) -> None:
     ends = data.ends
     other = np.where(ends.pose[:, None] == NONE, 0.0, data.theta[ends.pose])
     between = np.column_stack([data.theta[data.pose], data.reflector, ends.place, other, ends.reflector, ends.toward])
-    value = np.column_stack([data.position, ends.shift, ends.distance])
+    own_time = data.time[data.pose] * data.timed * (data.kind != PLACE)  # one number may come again at another time
+    value = np.column_stack([data.position, ends.shift, ends.distance, own_time])
     for kind, measured in _MEASURED.items():
         rows = np.flatnonzero((data.kind == kind) & ~of_lines)
         at, values = (np.round(np.nan_to_num(of[rows]), DIGITS).tolist() for of in (between, value))

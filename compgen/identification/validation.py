@@ -91,7 +91,7 @@ def validate(
         of_nominal, frames = _frames_of_each(nominal, identified, data)
     residual = _residual(identified, data, frames)
     distances = [np.linalg.norm(r, axis=1) for r in (_residual(nominal, data, of_nominal or frames), residual)]
-    reach = reach_of_play(identified, data, np.zeros(0), frames)
+    reach = reach_of_few(data, reach_of_play(identified, data, np.zeros(0), frames))
     outlier, of_rows = _judged_rows(data, far_rows(data, residual), distances[1], reach, bound)
     of_three = np.maximum(distances[1] - reach, 0.0) * np.sqrt(3 / data.numbers)
     return Validation(
@@ -105,6 +105,15 @@ def validate(
             *left_findings(data, of_three, outlier, None, [k.source for k in known], otherwise),
         ),
     )
+
+
+def reach_of_few(data: Measurements, reach: Array) -> Array:
+    """How far play from an unknown side may have moved rows, (N,) [m]: zero where that is more than a few poses.
+
+    Of one pose, or of as many as may be set aside; a joint that stands all along is on one side in all rows.
+    """
+    poses, unsure = len(np.unique(data.pose)), len(np.unique(data.pose[reach > 0]))
+    return reach if unsure <= max(1, MOST * poses) else np.zeros_like(reach)
 
 
 def _judged_rows(

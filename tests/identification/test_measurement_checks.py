@@ -505,3 +505,12 @@ def test_sockets_of_distances_stay_where_orientations_say_how_the_tracker_stands
     kept = with_orientations(data, true, flange.position, flange.rotation)
     for part in ("rotation", "origin", "reflector", "place"):
         np.testing.assert_allclose(getattr(kept, part), getattr(true, part), atol=1e-9)
+
+
+def test_a_distance_that_a_coarse_gauge_reads_again_at_another_time_is_no_copy():
+    data = distances_again(np.full(4, 0.3))
+    times = np.arange(len(data.time), dtype=float)
+    with pytest.raises(InputError, match="a copy is no second"):
+        check_copies(replace(data, timed=True, time=np.zeros(len(times))))
+    visits = replace(data, pose=np.arange(len(data.pose)), timed=True, time=np.arange(len(data.pose), dtype=float))
+    check_copies(replace(visits, theta=data.theta[data.pose]))
