@@ -22,7 +22,14 @@ from compgen.identification.measured_poses import (
     row_labels,
     words_or,
 )
-from compgen.identification.measurement_checks import BETTER, FEWEST, SUSPECT, better_reading, nearest_mean
+from compgen.identification.measurement_checks import (
+    BETTER,
+    FEWEST,
+    SUSPECT,
+    better_reading,
+    nearest_mean,
+    refuse_radians,
+)
 from compgen.identification.measurements import Measurements, blank_rows
 from compgen.robot.inverse_kinematics import Posture, flange_from_tool
 from compgen.robot.joint_path import follow_branch
@@ -131,12 +138,8 @@ def _check_given(table: CsvTable, robot: Robot, tcp: Array, theta: Array) -> Non
     as_given = nearest_mean(distance_of(pendant))
     if as_given <= SUSPECT or len(theta) < FEWEST:
         return
-    small = np.abs(pendant).max() / DEG <= 7
-    if small and nearest_mean(distance_of(pendant / DEG)) * BETTER < as_given:
-        raise InputError(
-            f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}: the values are radians, not degrees; multiply them "
-            "by 57.29578"
-        )
+    where = f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}"
+    refuse_radians(where, pendant, lambda angles: nearest_mean(distance_of(angles)) * BETTER < as_given)
     if better := better_reading(pendant, distance_of, as_given, coupling_of(robot.pendant_map)):
         raise InputError(
             f"{table.source}: the joints have the tool {as_given / MM:.0f} mm from x_mm y_mm z_mm, "

@@ -1,5 +1,6 @@
 """Files of measured distances: between two reflectors on the flange, or to a place that stands in the cell."""
 
+from collections import Counter, defaultdict
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from itertools import groupby
@@ -136,33 +137,45 @@ def _named_ends(
 def _poses(
     near: Array, far: Array, carried: BoolArray, time: Array | None, targets: Sequence[tuple[str, str]], distance: Array
 ) -> tuple[IntArray, IntArray, Array, IntArray]:
-    """The pose of each row's ends, the poses' joints [rad] in the order driven, and the first row of each.
-
-    Joints that return after others are the pose they were, but without times, where the same two ends were measured
-    there before, a new one: the arm may have come from another side. Copied rows are none.
-    """
-    current, measured = dict[tuple[float, ...], int](), dict[Hashable, set[float]]()
-    joints, rows = list[Array](), list[int]()
-    pose = np.full((2, len(near)), NONE)
+    """The pose of each row's ends, the poses' joints [rad] in the order driven, and the first row of each."""
     ends = [(near[n], far[n]) if carried[n] else (near[n],) for n in range(len(near))]
-    clock = np.zeros(len(near)) if time is None else time
-    keys = [tuple((*np.round(q / SAME).tolist(), float(clock[n])) for q in ends[n]) for n in range(len(near))]
-    for at, run in groupby(np.argsort(clock, kind="stable").tolist(), lambda n: keys[n]):
-        lines, here = list(run), tuple(current.get(key, NONE) for key in at)
-        before = [measured.get((here, targets[n]), set()) for n in lines]
-        copied = all(distance[n] in values for n, values in zip(lines, before, strict=True))
-        if time is None and any(before) and not copied:
-            for key in at:
-                current.pop(key, None)
-        for n in lines:
-            for end, (key, q) in enumerate(zip(at, ends[n], strict=True)):
-                if key not in current:
-                    current[key] = len(joints)
-                    joints.append(q)
-                    rows.append(n)
-                pose[end, n] = current[key]
-            measured.setdefault((tuple(current[key] for key in at), targets[n]), set()).add(float(distance[n]))
+    at = [tuple(tuple(np.round(q / SAME).tolist()) for q in each) for each in ends]
+    if time is None:
+        order, when = range(len(ends)), _visits(at, targets, distance.tolist())
+    else:
+        order, when = np.argsort(time, kind="stable").tolist(), [(t, t) for t in time.tolist()]
+    number, joints, rows = dict[Hashable, int](), list[Array](), list[int]()
+    pose = np.full((2, len(ends)), NONE)
+    for n in order:
+        for end, q in enumerate(ends[n]):
+            key = at[n][end], when[n][end]
+            if key not in number:
+                number[key] = len(joints)
+                joints.append(q)
+                rows.append(n)
+            pose[end, n] = number[key]
     return pose[0], pose[1], np.array(joints), np.array(rows)
+
+
+def _visits(
+    at: Sequence[tuple[Hashable, ...]], targets: Sequence[tuple[str, str]], distance: Sequence[float]
+) -> list[tuple[int, ...]]:
+    """The how manieth visit to the joints of its ends each row without a time is of.
+
+    Joints that return after others are the pose they were, but where the same two ends were measured there before, a
+    new one: the arm may have come from another side. Copied rows are none.
+    """
+    visit, measured = Counter[Hashable](), defaultdict[Hashable, set[float]](set)
+    visits = list[tuple[int, ...]]()
+    for here, run in groupby(range(len(at)), at.__getitem__):
+        lines, current = list(run), tuple(visit[end] for end in here)
+        before = [measured[here, current, targets[n]] for n in lines]
+        if any(before) and not all(distance[n] in values for n, values in zip(lines, before, strict=True)):
+            visit.update(here)
+        for n in lines:
+            visits.append(tuple(visit[end] for end in here))
+            measured[here, visits[-1], targets[n]].add(distance[n])
+    return visits
 
 
 def _check_two_ends(

@@ -208,18 +208,20 @@ def _check_units(
         limit = NEAR * float(np.median(spread)) * factor if by_spread else far
         return explained < limit and (explained < distance / BETTER or factor > 1)
 
-    radians = robot.to_theta(robot.to_pendant(rows.theta) / DEG)
-    small = np.abs(robot.to_pendant(rows.theta)).max() / DEG <= 7
-    if small and explains(radians, 1.0):
-        raise InputError(
-            f"{rows.file()}: columns {measured.joints}: the values are radians, not degrees; multiply them by 57.29578"
-        )
+    where = f"{rows.file()}: columns {measured.joints}"
+    refuse_radians(where, robot.to_pendant(rows.theta), lambda pendant: explains(robot.to_theta(pendant), 1.0))
     for factor, unit in UNITS:
         if explains(rows.theta, factor):
             raise InputError(
                 f"{rows.file()}: {measured.values}: the values look like {unit} (off by {factor:g}); multiply them "
                 f"by {factor:g}"
             )
+
+
+def refuse_radians(where: str, pendant: Array, explains: Callable[[Array], bool]) -> None:
+    """Raises InputError for the pendant's angles (M, 6) [rad], read as degrees, that explain more as radians."""
+    if np.abs(pendant).max() / DEG <= 7 and explains(pendant / DEG):
+        raise InputError(f"{where}: the values are radians, not degrees; multiply them by 57.29578")
 
 
 def _check_lengths(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:

@@ -164,8 +164,8 @@ def test_a_speed_on_lines_shorter_than_a_millimetre_is_seen(speed, tmp_path):
     assert report(LINE, program, *sets)[0] in (0, 1)
     edited = tmp_path / program.name
     edited.write_bytes(re.sub(rb"(L P\[1[0-4]\d\]) \d+mm/sec", rb"\1 %dmm/sec" % speed, program.read_bytes()))
-    told = run("check", LINE, "--written", edited, *sets)
-    refused(told, 2, "P[100]: ", f"{speed} mm/s lead there, and", "plans 113 mm/s: one was edited since")
+    result = run("check", LINE, "--written", edited, *sets)
+    refused(result, 2, "P[100]: ", f"{speed} mm/s lead there, and", "plans 113 mm/s: one was edited since")
 
 
 def test_another_robot_file_than_it_was_written_with_is_a_warning(line, tmp_path):

@@ -20,10 +20,10 @@ def test_many_pages_are_listed_by_their_ends():
 
 
 def test_what_a_project_gives_to_several_paths_is_said_once():
-    said = {"level": "note", "code": Code.PROJECT_FILE, "message": "cgen.toml gives bounds.max_um = 15"}
+    of_project = {"level": "note", "code": Code.PROJECT_FILE, "message": "cgen.toml gives bounds.max_um = 15"}
     sizes = {side: {"total": {"max_um": 1.0}} for side in ("before", "after")}
-    other = said | {"code": Code.FILE_READ_AS, "message": "log.csv: read as: comma"}
-    report = {"verdict": "inside", "bounds": {}, "on_part": sizes, "findings": [said, other]}
+    other = of_project | {"code": Code.FILE_READ_AS, "message": "log.csv: read as: comma"}
+    report = {"verdict": "inside", "bounds": {}, "on_part": sizes, "findings": [of_project, other]}
     judged = [JudgedPath(path, 0, 1.0, report) for path in ("a.toml", "b.toml")]
     shown = outcomes_shown([*judged, JudgedPath("c.toml", 2, 1.0)])
     assert shown.count("note: cgen.toml gives bounds.max_um = 15") == 1

@@ -65,9 +65,9 @@ def test_gaps_in_the_order_of_an_arm_with_play_are_no_ground_to_refuse(identific
 
 def test_without_play_every_row_counts(arm, tmp_path):
     data = measured(tmp_path, arm, np.setdiff1d(np.arange(60), [5, 12, 20]), backlash=np.zeros(6))
-    found = identify(arm.robot, arm.known, data, len(arm.nodes), quiet, temperatures=False)
-    assert len(found.data.pose) == len(data.pose)
-    assert not [f for f in found.findings if f.code is Code.UNKNOWN_SIDES]
+    identified = identify(arm.robot, arm.known, data, len(arm.nodes), quiet, temperatures=False)
+    assert len(identified.data.pose) == len(data.pose)
+    assert not [f for f in identified.findings if f.code is Code.UNKNOWN_SIDES]
 
 
 def test_a_single_pose_of_the_true_arm_is_inside_and_another_is_not(identification, arm, tmp_path):

@@ -120,8 +120,8 @@ def test_slow_rasters_are_at_feed_but_for_their_short_lines(tmp_path, feed):
 def test_a_feed_that_no_program_can_say_is_told_before_and_after_the_correction(tmp_path):
     job = job_of(tmp_path, "", HEXAGON, overrides=["process.feed_mm_s=0.05", "path.x_mm=1300"])
     for findings in (predict(job, quiet).findings, generate(job, quiet)[1].findings):
-        (told,) = (f.message for f in findings if f.code == "timing.feed")
-        assert "process.feed_mm_s = 0.05 is written as 0.04233 mm/s" in told
+        (message,) = (f.message for f in findings if f.code == "timing.feed")
+        assert "process.feed_mm_s = 0.05 is written as 0.04233 mm/s" in message
 
 
 @pytest.mark.parametrize(
@@ -134,5 +134,5 @@ def test_a_feed_that_no_program_can_say_is_told_before_and_after_the_correction(
 def test_what_is_below_feed_is_told_without_a_correction_too(name, why):
     """At 200 mm/s the raster turns sharply, and has no line shorter than a period; the spiral's middle has."""
     findings = predict(load_job(path_file(name)), quiet).findings
-    (told,) = (f.message for f in findings if f.code == "timing.below_feed")
-    assert told.partition(" is programmed below feed: ")[2] == why
+    (message,) = (f.message for f in findings if f.code == "timing.below_feed")
+    assert message.partition(" is programmed below feed: ")[2] == why
