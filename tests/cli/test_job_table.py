@@ -43,15 +43,16 @@ def test_the_error_beside_a_bound_is_of_the_part_which_it_judges():
     report = job_summary(planned, None)
     whole, part = (sizes["before"]["total"]["max_um"] for sizes in (report, report["on_part"]))
     assert whole > part + 0.1
-    console = Console(width=200, file=StringIO())
+    screen = StringIO()
+    console = Console(width=200, file=screen)
     for shown in job_shown(planned, None, None, (), verbose=False):
         console.print(shown)
-    table = console.file.getvalue()
+    table = screen.getvalue()
     assert f"{part:.2f}" in table
     assert f"{whole:.2f}" not in table
     both = {"verdict": "inside", "bounds": {"max_um": 0.0}, "findings": []}
     both |= {"before": report["before"], "after": report["before"]}
     both["on_part"] = {side: report["on_part"]["before"] for side in ("before", "after")}
     console.print(outcomes_shown([JudgedPath("a.toml", 0, 1.0, both)] * 2)[0])
-    assert console.file.getvalue().count(f"{part:.2f}") >= 5
-    assert f"{whole:.2f}" not in console.file.getvalue()
+    assert screen.getvalue().count(f"{part:.2f}") >= 5
+    assert f"{whole:.2f}" not in screen.getvalue()

@@ -1,7 +1,6 @@
 """Poses at which joints came from nobody knows where: play there is no fault of the arm, and what is more is."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from compgen.core.finding_codes import Code, Level
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.identification.identify import identify
 from compgen.identification.measured_poses import read_poses
+from compgen.identification.measurements import blank_rows
 from compgen.identification.validation import reach_of_few, validate
 from compgen.pipelines.files.robot_file import load_arm
 from compgen.robot.kinematics import flange_pose
@@ -85,8 +85,9 @@ def test_a_single_pose_of_the_true_arm_is_inside_and_another_is_not(identificati
 
 
 def test_play_excuses_the_rows_of_one_pose_and_no_file_in_which_most_sides_are_unknown():
-    data = SimpleNamespace(pose=np.repeat(np.arange(40), 3))
+    data = blank_rows(np.zeros((40, 6)), np.repeat(np.arange(40), 3), 120 * [""], 0)
     of_first, of_all = np.where(np.arange(120) < 3, 1e-4, 0.0), np.full(120, 1e-4)
     assert (reach_of_few(data, of_first) == of_first).all()
     assert not reach_of_few(data, of_all).any()
-    assert reach_of_few(SimpleNamespace(pose=np.zeros(3, dtype=int)), of_all[:3]).all()
+    one_pose = blank_rows(np.zeros((1, 6)), np.zeros(3, dtype=int), 3 * [""], 0)
+    assert reach_of_few(one_pose, of_all[:3]).all()

@@ -109,7 +109,7 @@ def test_slow_rasters_are_at_feed_but_for_their_short_lines(tmp_path, feed):
     planned, corrected = generate(job_of(tmp_path, "", HEXAGON, overrides=overrides), quiet)
     points, moves = naive_ls.read(corrected.text)
     places = [[points[int(m.targets[0][2:-1])].groups[1].axes[axis] for axis in "XYZ"] for m in moves]
-    length = np.linalg.norm(np.diff(places, axis=0), axis=1)  # mm
+    length = np.linalg.norm(np.diff(np.array(places, dtype=float), axis=0), axis=1)  # mm
     speed = np.array([naive_ls.mm_s(m.speed) for m in moves[1:]])
     on = planned.path.contact[:-1] & planned.path.contact[1:]
     long = on & (length > 2 * feed * 0.008)
