@@ -33,6 +33,12 @@ def test_lengths_that_no_cell_has_are_refused(option, tmp_path):
 def test_a_box_in_metres_is_asked_about_where_no_pose_is_in_it(tmp_path):
     plan = run("plan-poses", "m20ia", "-n", "12", "--box", "0.8 -0.6 -0.3 1.5 0.6 0.9", "-q", "-o", tmp_path / "o")
     refused(plan, 3, "are in the box", "did you mean '800 -600 -300 1500 600 900'? it looks like metres, it is in mm")
+
+
+def test_all_that_looks_like_metres_is_asked_about(tmp_path):
+    values = ("--box", "0.8 -0.6 -0.3 1.5 0.6 0.9", "--reflector", "0.02 0 0.03")
+    plan = run("plan-poses", "m20ia", "-n", "12", *values, "-q", "-o", tmp_path / "o")
+    refused(plan, 3, "are in the box", "did you mean '20 0 30'?", "did you mean '800 -600 -300 1500 600 900'?")
     assert not (tmp_path / "o").exists()
 
 

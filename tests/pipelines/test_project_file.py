@@ -138,7 +138,7 @@ def test_a_path_file_of_no_project_takes_that_of_the_working_folder(project, mon
         ("assets = 'near'", "cgen.toml: line 1: assets: 'near': must be"),
         ("bounds = 3", "cgen.toml: line 1: bounds: 3 must be a table"),
         ("[bounds", "cgen.toml: not TOML: "),
-        ("robot = 'nobody'", "robot 'nobody' is unknown"),
+        ("robot = 'nobody'", "cgen.toml: robot 'nobody' is unknown"),
         ("robot = 'nobody.toml'", "nobody.toml: no such file"),
         ("robot = ''\x00", "cgen.toml: "),
     ],

@@ -254,6 +254,19 @@ def test_a_study_that_cannot_be_is_refused(vary, words):
 
 
 @pytest.mark.parametrize(
+    ("path", "base", "refusal"),
+    [
+        (PATH, ("proces.feed=1",), "line_y.toml: proces: unknown key; did you mean 'process'?"),
+        ("nowhere.toml", (), "nowhere.toml: no such file"),
+    ],
+)
+def test_what_no_scenario_can_mend_is_not_laid_on_what_varies(path, base, refusal):
+    with pytest.raises(InputError, match=re.escape(refusal)) as refused:
+        build(path, None, base, ("duty=0.1,0.2",), None, correct=False)
+    assert "--vary" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
     ("text", "words"),
     [
         ("a,b\n", ("empty",)),

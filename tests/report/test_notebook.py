@@ -427,10 +427,24 @@ def test_a_job_whose_file_has_changed_meanwhile_is_taken_as_it_is(tmp_path):
     require_unchanged(pickle.loads(pickle.dumps(job)))
 
 
-def test_arrays_of_a_result_cannot_be_written(prediction, generated):
-    for array in (prediction.error, prediction.position, generated.correction, generated.theta, generated.error_after):
+@pytest.mark.parametrize(
+    ("result", "names"),
+    [
+        ("prediction", "band contact error position rise rotation theta time"),
+        ("generated", "band contact correction error error_after position rise rotation theta time"),
+        ("corrected", "error error_after judged time"),
+        ("identified", "position residual"),
+    ],
+)
+def test_arrays_of_a_result_cannot_be_written(request, result, names):
+    """What is written into one would stand in its files."""
+    owner = request.getfixturevalue(result)
+    for name in names.split():
+        array = owner.band() if name == "band" else getattr(owner, name)
         with pytest.raises(ValueError, match="read-only"):
-            array[0] = 0.0
+            array[0] = 0
+    public = [getattr(owner, name) for name in dir(owner) if not name.startswith("_")]
+    assert sum(isinstance(value, np.ndarray) for value in public) == len(names.replace("band ", "").split())
 
 
 class Stop(BaseException):

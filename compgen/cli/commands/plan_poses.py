@@ -131,7 +131,7 @@ def plan_poses(
         with show_progress(quiet=screen.is_silent) as progress:
             planned = _planned(arm, site, count, progress, reversals=reversals)
     except ImpossibleError as exception:
-        raise ImpossibleError("; ".join([str(exception), *(f.message for f in choice.input_findings()[:1])])) from None
+        raise ImpossibleError("; ".join([str(exception), *(f.message for f in choice.input_findings())])) from None
     programs, tables = _files(planned, arm.robot, names, checked_date(date), wait)
     publish(folder, programs, tables, (f"{names[1]}.LS", REVERSALS), run=run)
     record = _record(planned, sorted([*programs, *tables]), [*arm.input_findings, *choice.input_findings()])

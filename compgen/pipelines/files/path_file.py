@@ -122,7 +122,8 @@ def read_job_files(path_file: str, robot: str | None, overrides: Sequence[str]) 
     for item in (o for o in overrides if o not in for_robot):
         override(data, item, item)
     path = check(PathFile, data, str(source))
-    arm_file = find_robot(path.robot if robot is None else robot, source)
+    named_in = project.source if project and project.gives_robot else source
+    arm_file = find_robot(path.robot if robot is None else robot, source, named_in)
     text = read_toml_text(arm_file, "robots")
     for item in for_robot:
         override(text.tables, item.removeprefix("robot."), item)

@@ -37,6 +37,7 @@ class Project:
     table: ProjectTable
     text: TomlText
     notes: tuple[Finding, ...] = ()  # what it gave, and what of it is not used
+    gives_robot: bool = False  # the path file and the call name none
 
     def record(self, path_file: Path) -> dict[str, dict[str, str]]:
         """The file as an input of a path file's job: its place from there, and its hash."""
@@ -55,6 +56,7 @@ class Project:
             is_file = self.table.robot.endswith(".toml")
             tables["robot"] = str(self.source.parent / self.table.robot) if is_file else self.table.robot
             used = [] if "robot" in typed else [f"robot = {self.table.robot}"]
+        gives_robot = bool(used)
         limits = self.table.bounds.model_dump(exclude_none=True)
         own = tables.setdefault("bounds", {}) if limits else {}
         for key, limit in limits.items() if isinstance(own, dict) else ():
@@ -68,7 +70,7 @@ class Project:
                 own[key] = limit
         notes = [Finding(Level.NOTE, Code.PROJECT_FILE, f"{self.source} gives {', '.join(used)}")] if used else []
         notes += [Finding(Level.WARNING, Code.PROJECT_FILE, f"{self.source}: {one}") for one in looser]
-        return replace(self, notes=tuple(notes))
+        return replace(self, notes=tuple(notes), gives_robot=gives_robot)
 
 
 def find_project(*starts: Path) -> Project | None:

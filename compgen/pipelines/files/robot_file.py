@@ -207,7 +207,7 @@ def with_other_heat_model(text: TomlText) -> TomlText | None:
     return TomlText({**text.tables, "thermal": {**thermal, "model": other}}, text.content)
 
 
-def find_robot(name: str, path_file: Path | None = None) -> Path:
+def find_robot(name: str, path_file: Path | None = None, named_in: Path | None = None) -> Path:
     """The file of a robot: as named, or from the project it is used in, else shipped; never one by chance.
 
     The project of a path file is the folder that holds its folder (``p`` for ``p/paths/plate.toml``), links followed;
@@ -215,7 +215,8 @@ def find_robot(name: str, path_file: Path | None = None) -> Path:
 
     Args:
         name: A robot's name, or its file.
-        path_file: That names the robot, or that the robot is named for.
+        path_file: That the robot is named for.
+        named_in: The file that names it, where it is another.
 
     Raises:
         InputError: No such robot; or the current folder has another one of that name.
@@ -233,7 +234,7 @@ def find_robot(name: str, path_file: Path | None = None) -> Path:
     other = current / f"{name}.toml"
     if robot_file is None:
         known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
-        where = f"{path_file}: " if path_file is not None else ""
+        where = f"{named_in or path_file}: " if path_file is not None else ""
         raise InputError(
             f"{where}robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known, listed=True)}"
             + (f"; or is {other} meant? name the file" if other.is_file() else "")

@@ -101,9 +101,10 @@ def build(
         questions.update({f.message: f for f in job.input_findings if f.code == Code.UNITS_UNLIKELY})
         return None
 
+    base_inputs = _inputs(path, robot, base)
     _check_keys(refused, scenarios[0])
     _check_values(refused, scenarios)
-    inputs = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct, sorted(hashes)]
+    inputs = [__version__, base_inputs, [s.values for s in scenarios], correct, sorted(hashes)]
     return Study(
         path=path,
         robot=robot,
@@ -139,8 +140,9 @@ def _inputs(path: str, robot: str | None, base: Sequence[str]) -> str:
     try:
         return load_job(path, robot, base).inputs_hash
     except CompgenError as failure:  # the base need not run: its scenarios may
-        data = read_regular(path) if Path(path).is_file() else b""
-        return sha256(data + str(failure).encode() + str(robot).encode()).hexdigest()
+        if "unknown key" in str(failure) or not Path(path).is_file():
+            raise
+        return sha256(read_regular(path) + str(failure).encode() + str(robot).encode()).hexdigest()
 
 
 def _axis(item: str) -> tuple[str, list[str]]:

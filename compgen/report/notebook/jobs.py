@@ -114,7 +114,7 @@ class _OfJob:
     @property
     def rise(self) -> Array:
         """Temperature of each node above the reference, (N, K) [K]."""
-        return self.planned.rise
+        return frozen(self.planned.rise)
 
     @property
     def nodes(self) -> tuple[str, ...]:
@@ -127,7 +127,7 @@ class _OfJob:
         Returns:
             (N, 6) [m].
         """
-        return job_band(self.planned, self.corrected).half_widths(self.planned.path)
+        return frozen(job_band(self.planned, self.corrected).half_widths(self.planned.path))
 
     def to_dataframe(self) -> Any:
         """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a waypoint.
@@ -166,7 +166,7 @@ class Prediction(_OfJob):
     @property
     def theta(self) -> Array:
         """Planned joints, DH angles, (N, 6) [rad]."""
-        return self.planned.theta
+        return frozen(self.planned.theta)
 
     def files(self) -> dict[str, bytes]:
         """Name to content of what ``cgen predict`` writes, byte for byte; nothing is written."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.exceptions import RESULT, InputError, naming_file, refuse_changes
 from compgen.core.findings import Finding
 from compgen.core.stages import Progress
@@ -99,22 +99,22 @@ class CorrectedProgram:
     @property
     def time(self) -> Array:
         """When the corrected text is at each place, (M,) [s]."""
-        return self.result.execution.time
+        return frozen(self.result.execution.time)
 
     @property
     def error(self) -> Array:
         """Distance of the TCP from its target without correction, (M,) [m]."""
-        return self.result.error.distance
+        return frozen(self.result.error.distance)
 
     @property
     def error_after(self) -> Array:
         """Distance of the TCP from its target with the corrected text, (M,) [m]."""
-        return self.result.residual.distance
+        return frozen(self.result.residual.distance)
 
     @property
     def judged(self) -> BoolArray:
         """Whether a place lies at or between corrected positions, (M,)."""
-        return self.result.judged
+        return frozen(self.result.judged)
 
     def to_dataframe(self) -> Any:
         """The table of ``positions.csv`` with all digits, as a pandas DataFrame: a row a station.

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, frozen
 from compgen.core.exceptions import RESULT, InputError, refuse_changes
 from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Finding
@@ -56,12 +56,12 @@ class IdentifiedRobot:
     @property
     def residual(self) -> Array:
         """Measured against modelled, (N, 3) [m] in the instrument's frame; NaN: not measured."""
-        return self.result.selected.fit.residual
+        return frozen(self.result.selected.fit.residual)
 
     @property
     def position(self) -> Array:
         """Measured places, (N, 3) [m] in the instrument's frame."""
-        return self.result.data.position
+        return frozen(self.result.data.position)
 
     def to_dataframe(self) -> Any:
         """A row for each parameter that was fitted, as a pandas DataFrame: name, value, sigma, how much was told.
