@@ -343,6 +343,7 @@ BAD = [
     (compgen.study, (LINE,), {"ask": "why"}, "--ask why: unknown; known: warmup"),
     (compgen.study, (LINE,), {"ask": "warmup", "within_um": 0}, "--within-um 0: must be above 0"),
     (compgen.study, (LINE,), {"ask": "passes", "feeds_mm_s": 3}, "feeds_mm_s: 3: give a list of numbers"),
+    (compgen.study, (LINE,), {"ask": "passes", "feeds_mm_s": [[1], [1, 2]]}, "feeds_mm_s: [1] is not a number"),
     (compgen.study, (LINE,), {"vary": {"duty": [1]}, "workers": -1}, "workers: -1"),
     (compgen.write_program, (3, "x.LS"), {}, "program: 3 is no program"),
     (compgen.write_program, (b"x", None), {}, "file: None"),

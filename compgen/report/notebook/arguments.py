@@ -84,7 +84,7 @@ def number(value: object, argument: str) -> float:
 
 def numbers(values: object, argument: str) -> list[float]:
     """Some numbers."""
-    if not isinstance(values, list | tuple | np.ndarray) or np.ndim(values) != 1:
+    if not isinstance(values, list | tuple | np.ndarray) or getattr(values, "ndim", 1) != 1:
         raise InputError(f"{argument}: {brief_value(values)}: give a list of numbers")
     return [number(value, argument) for value in values]
 
