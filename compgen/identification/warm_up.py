@@ -14,12 +14,11 @@ from compgen.core.units import DAY, MINUTE
 from compgen.identification.measurements import Measurements
 from compgen.thermal.filled_rises import fill_rises
 from compgen.thermal.law_fit import falling_part
+from compgen.thermal.log_doubt import distance_from_cold, lukewarm, refuse_warm_start
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.temperature_log import COLD_START, Reference, Temperatures, check_sensors, read_temperature_log
 
-WARM = 3.0  # [K] from the air, or of the sensors from each other, at which a log does not begin cold
-LUKEWARM = 1.5  # [K] at which that is a finding
 SHORTEST = 10 * MINUTE  # of a warm-up: no arm warms in less
 LONGEST = 30 * DAY
 RISE = 3.0  # [K] that no arm warms within SHORTEST
@@ -177,40 +176,16 @@ def _check_clock(log: Temperatures, rises: TemperatureLog) -> None:
         )
 
 
-def _distance_from_cold(log: Temperatures) -> tuple[float, str]:
-    """How far the first readings are from those of a cold arm [K], and in words."""
-    early = log.time <= log.time[0] + COLD_START
-    first = {n: float(np.nanmedian(v[early])) for n, v in log.readings.items() if np.isfinite(v[early]).any()}
-    if not first:
-        return 0.0, ""
-    highest, lowest = max(first, key=lambda n: first[n]), min(first, key=lambda n: first[n])
-    if log.ambient is not None:
-        air = float(log.ambient[0])
-        name = max(first, key=lambda n: abs(first[n] - air))
-        return abs(first[name] - air), f"{log.column[name]} = {first[name]:g}, the air {air:g}"
-    words = f"{log.column[highest]} = {first[highest]:g}, {log.column[lowest]} = {first[lowest]:g}"
-    return first[highest] - first[lowest], words
-
-
 def _check_cold(log: Temperatures, rises: TemperatureLog) -> None:
-    distance, words = _distance_from_cold(log)
+    distance, words = distance_from_cold(log, COLD_START)
     if falling := falling_part(rises):
         distance, words = falling[1], f"{log.column[falling[0]]} falls by {falling[1]:.1f} K from there"
-    if distance > WARM:
-        raise InputError(
-            f"{log.table.source}: line {log.table.line[0]}: the log does not begin cold ({words}), and rises count "
-            "from there; begin with the cold arm, or say what they count from: --reference ambient, or degC"
-        )
+    refuse_warm_start(log, distance, words, "--reference ambient, or degC")
 
 
 def _lukewarm(log: Temperatures, reference: Reference) -> Iterator[Finding]:
-    distance, words = _distance_from_cold(log)
-    if reference == "start" and distance > LUKEWARM:
-        yield Finding.of(
-            Code.LOG_WARM,
-            f"{log.table.source}: the log may not begin cold ({words}): rises count from its first readings; "
-            "--reference says what else they may count from",
-        )
+    if reference == "start" and (words := lukewarm(log, COLD_START)):
+        yield Finding.of(Code.LOG_WARM, f"{words}; --reference says what else they may count from")
 
 
 def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> Iterator[Finding]:

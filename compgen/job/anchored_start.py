@@ -68,12 +68,24 @@ def load_state(source: str, cell: Cell, age: float = 0.0, reference: float | Non
             f"{source}: state.reference_degC: it counts from {state.reference:g} degC, here rises and air count from "
             f"{reference:g} (ambient.reference_degC): give both the temperature at which the robot was calibrated"
         )
-    if age > state.window:
-        raise InputError(
-            f"{source}: state.window_s: it holds {limit_words(state.window)}, and is {age / MINUTE:.0f} min old "
-            "(--state-age): touch again and anchor anew"
-        )
+    refuse_outlived(state, source, age)
     return state
+
+
+def refuse_outlived(state: AnchoredState, source: str, latest: float, why: str = "--state-age") -> None:
+    """Raises InputError for a state that is so old [s] when the program starts that it holds no more.
+
+    Args:
+        state: It.
+        source: Its file, or the option that gives it.
+        latest: Its age at the latest start [s].
+        why: What says so.
+    """
+    if latest > state.window:
+        raise InputError(
+            f"{source}: state.window_s: it holds {limit_words(state.window)}, and is {latest / MINUTE:.0f} min old "
+            f"({why}): touch again and anchor anew"
+        )
 
 
 def cell_with_state(cell: Cell, state: AnchoredState, source: str) -> Cell:

@@ -11,7 +11,7 @@ exchanged, degrees Fahrenheit, another clock) is only told. A smaller lie is not
 arm, and of all together what a cold night does. Sizes without a source are [assumed].
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -23,13 +23,15 @@ from compgen.core.units import DAY, HOUR, MINUTE
 from compgen.thermal.log_prior import Expected, LogPrior, Medians, prior_from_log
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.state_from_log import TemperatureLog
-from compgen.thermal.temperature_log import Temperatures
+from compgen.thermal.temperature_log import Reference, Temperatures
 from compgen.thermal.uncertainty import ThermalUncertainty
 
 SIGMAS = 3.3
 HALL = 20.0  # [K] from the reference that the air of a hall is within
 FLOOR = 0.4  # [K] of any lie: below what the band covers, a law is never known so well
 LONGEST = 30 * DAY  # that a log may take
+WARM = 3.0  # [K] from the air, or of the sensors from each other, at which a log does not begin cold
+LUKEWARM = 1.5  # [K] at which that is said
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -49,6 +51,7 @@ def doubt_of(
     columns: Mapping[str, str],
     zero: float,
     expected: Expected | None = None,
+    counted: Callable[[TemperatureLog], TemperatureLog] = lambda rises: rises,
 ) -> str:
     """What contradicts a log, in words; empty where it may be true.
 
@@ -59,6 +62,7 @@ def doubt_of(
         columns: Name of a rise to its column.
         zero: What the rises count from [degC], for the words.
         expected: By the history of the robot; None: it is not known.
+        counted: Rises as they are used, of those that count from ``zero``.
     """
     span = float(np.ptp(log.time))
     if span > LONGEST:
@@ -68,14 +72,15 @@ def doubt_of(
         return ""
     if impossible := _impossible(log, columns, zero):
         return impossible
-    lie = _likeliest(log, heat, warmth, expected)
+    lie = _likeliest(counted(log), heat, warmth, expected)
     if abs(lie.z) < SIGMAS:
         return ""
     other = next(
         (
             f"; or {words}"
             for changed, words in _other_readings(log, columns, zero, expected)
-            if abs(_likeliest(changed, heat, warmth, expected).z) < SIGMAS and _colder_than_any_hall(changed) is None
+            if abs(_likeliest(counted(changed), heat, warmth, expected).z) < SIGMAS
+            and _colder_than_any_hall(changed) is None
         ),
         "; or cgen identify --temperatures",
     )
@@ -104,7 +109,7 @@ def _impossible(log: TemperatureLog, columns: Mapping[str, str], zero: float) ->
     if log.has_air and abs(odd := float(np.median(log.air))) > HALL:
         words = f"column ambient_degC: {zero + odd:.1f} degC is more than {HALL:g} K from the reference, {zero:g}"
         hint = "degrees Fahrenheit? " if abs((zero + odd - 32) / 1.8 - zero) < HALL else ""
-        return f"{words}; {hint}mend the sensor or its unit, or remove the column"
+        return f"{words}; {hint}mend the sensor or its unit, remove the column, or count from that of its hall"
     if (cold := _colder_than_any_hall(log)) is not None:
         words = f"column {columns[cold]}: reads below {zero - HALL:g} degC, {HALL:g} K under the reference: no part is"
         return f"{words}; mend the sensor or its unit, or empty its cells"
@@ -223,10 +228,51 @@ def _other_readings(
         yield replace(log, time=log.time * factor), f"are its times {unit}? give seconds"
 
 
+def distance_from_cold(log: Temperatures, window: float) -> tuple[float, str]:
+    """How far readings of a log's beginning [s] are from those of a cold arm [K], and in words."""
+    early = log.time <= log.time[0] + window
+    first = {n: float(np.nanmedian(v[early])) for n, v in log.readings.items() if np.isfinite(v[early]).any()}
+    if not first:
+        return 0.0, ""
+    highest, lowest = max(first, key=lambda n: first[n]), min(first, key=lambda n: first[n])
+    if log.ambient is not None:
+        air = float(log.ambient[0])
+        name = max(first, key=lambda n: abs(first[n] - air))
+        return abs(first[name] - air), f"{log.column[name]} = {first[name]:g}, the air {air:g}"
+    words = f"{log.column[highest]} = {first[highest]:g}, {log.column[lowest]} = {first[lowest]:g}"
+    return first[highest] - first[lowest], words
+
+
+def lukewarm(log: Temperatures, window: float) -> str:
+    """That a log may not begin cold, by its beginning [s], and rises count from there; empty where it may."""
+    distance, words = distance_from_cold(log, window)
+    if distance <= LUKEWARM:
+        return ""
+    return f"{log.table.source}: the log may not begin cold ({words}): rises count from its first readings"
+
+
+def refuse_warm_start(log: Temperatures, distance: float, words: str, other: str) -> None:
+    """Raises InputError for a log that begins so far from cold [K], where rises count from its beginning.
+
+    Args:
+        log: Readings.
+        distance: As of ``distance_from_cold``.
+        words: Which readings show it.
+        other: What else rises may count from, as the user writes it.
+    """
+    if distance > WARM:
+        raise InputError(
+            f"{log.table.source}: line {log.table.line[0]}: the log does not begin cold ({words}), and rises count "
+            f"from there; begin with the cold arm, or say what they count from: {other}"
+        )
+
+
 def refuse_doubtful(
     log: Temperatures,
     heat: ArmHeat,
     warmth: ThermalUncertainty,
+    reference: Reference,
+    window: float,
     zero: float,
 ) -> None:
     """Raises InputError for a log that contradicts itself or the heat model.
@@ -235,8 +281,17 @@ def refuse_doubtful(
         log: Readings as they stand in the file.
         heat: The law.
         warmth: How well it is known.
-        zero: Temperature from which the robot's rises count [degC].
+        reference: What the rises that are used count from; those count that are judged, from the air in the mean.
+        window: How much of the log's beginning "start" takes the median of [s].
+        zero: About which temperature [degC] the air of its hall lies.
     """
-    doubt = doubt_of(log.rises(zero, 0.0), heat, warmth, log.column, zero)
+    zero = reference if isinstance(reference, float) else zero
+
+    def counted(rises: TemperatureLog) -> TemperatureLog:
+        read = replace(log, time=rises.time, ambient=rises.air if rises.has_air else None, readings=rises.readings)
+        of_air = float(np.median(rises.air)) if reference == "ambient" else 0.0
+        return read.rises("start" if reference == "start" else of_air, window)
+
+    doubt = doubt_of(log.rises(zero, 0.0), heat, warmth, log.column, zero, counted=counted)
     if doubt:
         raise InputError(f"{log.table.source}: {doubt}")

@@ -20,7 +20,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from compgen.core.arrays import Array, BoolArray, owns
 from compgen.core.exceptions import InputError
-from compgen.core.units import HOUR
+from compgen.core.units import HOUR, MINUTE
 from compgen.thermal.ambient import Ambient
 from compgen.thermal.model import ArmHeat, advance
 
@@ -28,6 +28,8 @@ BLOCKS = 24  # within the log
 EARLIER = 4 * HOUR  # length of the block just before it
 SAMPLES = 2000  # readings of a sensor that are used, means of what lies between
 SCATTER = 0.3  # [K] up to which a reading counts in full
+LAST_AIR = 10 * MINUTE  # over which the air that the log ends in is taken,
+LEAST_OF_AIR = 3  # readings of it at least
 SETTLED = 1e-6  # of a reading's weight: less than a microkelvin of any rise
 UNSEEN = 1e-13  # of the normal equations' diagonal
 CHANGE_WEIGHT = 0.1  # weight of the change from block to block
@@ -44,6 +46,12 @@ class TemperatureLog:
     readings: Mapping[str, Array]  # name of a rise to (M,) [K]
     has_air: bool = True  # whether the air was measured
     notes: tuple[str, ...] = ()  # how its file was understood
+
+    @property
+    def last_air(self) -> float:
+        """How warm the air is when the log ends [K]: the median of its last readings, of which one may be wrong."""
+        begin = min(self.time[-1] - LAST_AIR, self.time[-LEAST_OF_AIR:][0])
+        return float(np.median(self.air[self.time >= begin]))
 
     def rows(self, some: BoolArray) -> "TemperatureLog":
         """The log of some of its rows."""

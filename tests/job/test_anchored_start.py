@@ -227,6 +227,22 @@ def test_an_old_state_is_refused(hot, tmp_path):
     refused(run("generate", SPIRAL, "--state", tmp_path / "none.toml"), 2, "no such file")
 
 
+@pytest.mark.parametrize("late", ["start.delay_min=31", "compensation.average_over={delay_s=[0,1860]}"])
+def test_a_start_that_outlives_a_state_is_refused(hot, tmp_path, late):
+    """It is the same standing robot as with an age of 31 minutes, which was refused alone."""
+    file = written(state_of(hot), tmp_path)
+    refused(run("predict", SPIRAL, "--state", file, "--set", late), 2, "holds 30 minutes", "31 min old (at its latest")
+    aged = ("--state", file, "--state-age", "2min", "--set", late.replace("31", "29").replace("1860", "1740"))
+    refused(run("predict", SPIRAL, *aged), 2, "31 min old (at its latest start)")
+
+
+def test_a_program_s_starts_that_outlive_a_state_are_refused(hot, tmp_path):
+    file = written(state_of(hot), tmp_path)
+    (tmp_path / "P.LS").write_bytes(compgen.generate(compgen.load_job(path_file("line_y"))).text)
+    starts = ("--again", "--robot", "m710ic50", "--average-over", "delay_s=[0, 1860]")
+    refused(run("correct", tmp_path / "P.LS", "--state", file, *starts), 2, "holds 30 minutes", "31 min old")
+
+
 def test_a_damaged_state_is_refused(hot, tmp_path):
     text = Path(written(state_of(hot), tmp_path)).read_text()
     for old, new, words in (

@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from shipped import path_file
 
+from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.pipelines.files.path_file import load_job
 from compgen.thermal import Ambient, Duty, rise_history
 from compgen.thermal.log_doubt import doubt_of
 from compgen.thermal.log_prior import Expected
 from compgen.thermal.state_from_log import TemperatureLog
+from compgen.thermal.tables import log_of
+from compgen.thermal.tables.schema import AmbientTable, LogTable
 
 SENSED = ("j2", "link1", "j3", "wrist")
 COLUMNS = {n: f"{n}_degC" for n in SENSED}
@@ -182,3 +185,62 @@ def test_air_is_asked_for_fahrenheit_only_where_that_explains_it(cell):
         words = doubt(cell, replace(log, air=log.air + off))
         assert "mend the sensor or its unit" in words
         assert "Fahrenheit" not in words
+
+
+def written(folder, cell, time, rise, air=20.0, off=(0.0, 0.0, 0.0, 0.0), measured=0.0):
+    """A log as it stands in a file: parts that rose from a hall's air, by sensors that are off, air that is off."""
+    columns = [time, *((air + rise[:, cell.heat.names.index(n)] + o) for n, o in zip(SENSED, off, strict=True))]
+    rows = np.column_stack([*columns, np.full(len(time), air + measured)])
+    header = ",".join(["time_s", *COLUMNS.values(), "ambient_degC"])
+    np.savetxt(folder / "log.csv", rows, "%.2f", delimiter=",", header=header, comments="")
+    return folder
+
+
+def used(folder, cell, reference):
+    table = LogTable(file="log.csv", reference=reference)
+    return log_of(table, cell.heat, cell.warmth, {}, AmbientTable(), str(folder / "path.toml"))
+
+
+@pytest.mark.parametrize(
+    ("air", "off", "measured", "reference"),
+    [
+        (20.0, (1.0, -1.0, 0.5, -1.5), -0.5, "start"),
+        (20.0, (6.0, 6.0, 6.0, 6.0), 6.0, "start"),
+        (8.0, (-6.0, -6.0, -6.0, -6.0), -6.0, "ambient"),
+        (41.0, (0.0, 0.0, 0.0, 0.0), 0.0, 41.0),
+        (2.0, (0.0, 0.0, 0.0, 0.0), 0.0, 2.0),
+    ],
+)
+def test_a_log_is_doubted_by_the_rises_that_are_used(tmp_path, cell, air, off, measured, reference):
+    """What sensors are off by together with their first readings, or with the air, is in no rise."""
+    time = np.arange(0.0, 5 * HOUR, 60.0)
+    rise = rise_history(cell.heat, DAY, time)
+    log = used(written(tmp_path, cell, time, rise, air, off, measured), cell, reference)
+    for name in SENSED:
+        assert np.abs(log.readings[name] - rise[:, cell.heat.names.index(name)]).max() < 0.2
+
+
+def test_a_log_that_begins_warm_is_refused_where_rises_count_from_there(tmp_path, cell):
+    time = np.arange(0.0, 5 * HOUR, 60.0)
+    warm = rise_history(cell.heat, DAY, 2 * HOUR + time)
+    assert used(written(tmp_path, cell, time, warm), cell, 20.0).readings["j3"][0] > 3.0
+    with pytest.raises(InputError, match=r'line 2: the log does not begin cold .* log.reference = "ambient", or degC'):
+        used(tmp_path, cell, "start")
+
+
+def test_a_log_that_may_begin_warm_says_so(tmp_path, cell):
+    time = np.arange(0.0, 5 * HOUR, 60.0)
+    cold = rise_history(cell.heat, DAY, time)
+    assert used(written(tmp_path, cell, time, cold, off=(0.0, 2.0, 0.0, 0.0)), cell, "start").notes == (
+        f"{tmp_path}/log.csv: the log may not begin cold (link1_degC = 22, the air 20): rises count from its first "
+        "readings",
+    )
+    assert used(written(tmp_path, cell, time, cold), cell, "start").notes == ()
+
+
+def test_what_runs_away_behind_a_cold_beginning_is_named(tmp_path, cell):
+    time = np.arange(0.0, 5 * HOUR, 60.0)
+    away = rise_history(cell.heat, DAY, time)
+    away[time > 2 * HOUR, cell.heat.names.index("j2")] += 20.0
+    with pytest.raises(InputError, match="column j2_degC: reads "):
+        used(written(tmp_path, cell, time, away), cell, "start")

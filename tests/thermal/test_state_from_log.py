@@ -133,7 +133,7 @@ def test_a_program_starts_from_the_real_state(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("ambient", "zero", "reference"), [(23.0, 20.0, 20.0), (18.0, 18.0, "ambient"), (19.0, 25.0, "start")]
+    ("ambient", "zero", "reference"), [(23.0, 20.0, 20.0), (18.0, 18.0, "ambient"), (24.0, 25.0, "start")]
 )
 def test_rises_count_from_the_reference(tmp_path, ambient, zero, reference):
     rise = (0.0,) * 4 if reference == "start" else (6.0, 2.0, 8.0, 1.5)
@@ -166,6 +166,39 @@ def test_the_air_stays_as_the_log_left_it_unless_told(tmp_path):
     file = write(tmp_path, HEAD, rows_of((3.0,) * 4, ambient=23.0))
     assert load_job(file).history.air.at(np.array([0.0]))[0] == pytest.approx(3.0)
     assert load_job(file, overrides=["ambient.value_degC=21"]).history.air.at(np.array([0.0]))[0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("wrong", [31.0, 9.0])
+def test_one_wrong_reading_of_the_air_is_not_the_air_that_follows(tmp_path, wrong):
+    """The last cell alone was taken: 11 K of air too warm over all that the program does, without a word."""
+    rows = rows_of((3.0,) * 4, ambient=23.0)
+    rows[-1] = rows[-1].replace(",23.0,", f",{wrong},")
+    job = load_job(write(tmp_path, HEAD, rows))
+    assert job.history.air.at(np.array([0.0]))[0] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("reference", [12.0, "start", "ambient"])
+def test_a_log_and_the_air_of_the_day_count_from_one_temperature(tmp_path, reference):
+    """In a hall at 12 degC a log counted from 12 and the air from 20: by 8 K too cold for all that follows."""
+    rise = (0.0,) * 4 if reference == "start" else (6.0, 2.0, 8.0, 1.5)
+    file = write(tmp_path, HEAD, rows_of(rise, 12.0, 12.0), reference=reference)
+    air = ["ambient.value_degC=12", "ambient.kind='constant'"]
+    with pytest.raises(
+        InputError, match=r"count from 12\.0 degC, the air from 20; give ambient.reference_degC = 12\.0"
+    ):
+        load_job(file, overrides=air)
+    for overrides in ([], [*air, "ambient.reference_degC=12.0"]):
+        job = load_job(file, overrides=overrides)
+        assert job.history.air.at(np.zeros(1))[0] == pytest.approx(0.0)
+        assert_allclose(job.start_rise()[:4], rise, atol=0.05)
+
+
+@pytest.mark.parametrize(("step", "air"), [(60.0, 4.95), (1200.0, 4.0)])
+def test_the_air_that_follows_is_that_of_the_log_s_last_ten_minutes_and_three_readings(step, air):
+    """A reading a minute rises by 0.01 K each, one every twenty minutes by 1 K each."""
+    n = np.arange(61.0)
+    time, rising = step * n, np.array(5.0 - (60 - n) * (0.01 if step == 60 else 1.0))
+    assert TemperatureLog(time, rising, {}).last_air == pytest.approx(air)
 
 
 def test_the_log_is_an_input_like_any_other(tmp_path):

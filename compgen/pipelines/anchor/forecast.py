@@ -95,7 +95,7 @@ def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
         return plan_written_motion(job.plan, job.cell, job.plan.process.feed).joint_motion
 
     fitted = fit_log(cut, heat, heat.mean_losses(working).moving)
-    air, end = still_air(float(cut.air[-1])) if log.has_air else job.history.air, float(cut.time[-1])
+    air, end = still_air(cut.last_air) if log.has_air else job.history.air, float(cut.time[-1])
 
     def stood(until: float) -> Array:
         return state_after(heat, (replace(job.history.standing, duration=until - end),), fitted.state, air)

@@ -34,7 +34,6 @@ from compgen.fanuc.editing.insertion import (
 from compgen.fanuc.editing.numbers import NewPoses, number_edits
 from compgen.fanuc.editing.shared_positions import SharedCorrections, assign_new_positions, midway_deviation
 from compgen.job.job import Cell
-from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.motion_command import (
     at_full_override,
@@ -59,6 +58,7 @@ from compgen.pipelines.correct.result import (
     Options,
     between_corrected,
     changed_positions,
+    check_known,
     straight_ways,
 )
 from compgen.pipelines.correct.station_band import fly_draws, station_band
@@ -111,14 +111,13 @@ def correct(  # noqa: PLR0913  what a program is corrected with, each by its nam
         The corrected program and its proof.
 
     Raises:
-        InputError: Not a program; a frame is not known; a position is used but not defined; the program carries
-            compgen's mark; with ``strict``, a statement cannot be corrected; a bound with a probability is asked for
-            and the robot file does not say how well it is known.
+        InputError: Not a program, a frame that is not known, a position that is used and not defined, compgen's mark,
+            starts that outlive a state; with ``strict``, a statement that cannot be corrected; a bound with a
+            probability, and a robot file that does not say how well it is known.
         TwinError: The proof cannot be made.
     """
     progress(stages.READING, 0.0)
-    if options.guaranteed is not None:
-        refuse_silent_file(cell, quantities_of_cell(cell), "--guaranteed")
+    check_known(options, cell, before)
     cell = replace(cell, input_findings=(*cell.input_findings, *frames.input_findings))
     program = loads(data)
     around = ProgramContext(frames, registers or {}, called_programs(program, find_program))

@@ -1,5 +1,6 @@
 """The options of a correction, its plan, and the corrected program with its proof."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -16,9 +17,11 @@ from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
+from compgen.job.anchored_start import refuse_outlived
 from compgen.job.bounds import Guarantee
 from compgen.job.job import Cell
 from compgen.job.tables import guarantee_of_words
+from compgen.job.uncertainty import quantities_of_cell, refuse_silent_file
 from compgen.pipelines.correct.proof import Residue, ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.planned.dry_run import check_height
@@ -89,6 +92,21 @@ def options_of(  # noqa: PLR0913  the options of a command, each by its name
         ensemble=None if average_over is None else tables.ensemble_of_words(average_over, "--average-over"),
         guaranteed=None if guaranteed is None else guarantee_of_words(guaranteed, "--guaranteed"),
     )
+
+
+def check_known(options: Options, cell: Cell, before: Sequence[Duty]) -> None:
+    """Raises InputError for what is asked of a robot that nobody knows so well: a promise, starts that outlive a state.
+
+    Args:
+        options: As given.
+        cell: The robot.
+        before: What it did until the planned start.
+    """
+    if options.guaranteed is not None:
+        refuse_silent_file(cell, quantities_of_cell(cell), "--guaranteed")
+    if cell.state is not None and options.ensemble is not None:
+        latest = sum(duty.duration for duty in before) + options.ensemble.delay[1]
+        refuse_outlived(cell.state, "--state", latest, "at the last start of --average-over")
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

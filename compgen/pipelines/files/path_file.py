@@ -23,7 +23,7 @@ from compgen.core.toml import TomlText, check, input_keys, override, read_toml, 
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.version import __version__
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, state_note
+from compgen.job.anchored_start import cell_with_state, history_from_state, load_state, refuse_outlived, state_note
 from compgen.job.bounds import OwnFile
 from compgen.job.day_before import Programs, plan_history
 from compgen.job.job import Cell, Job, PathPlan, Process, ProgramPlan, Tool
@@ -64,7 +64,6 @@ from compgen.thermal import Ambient, JointMotion, still_air, tables
 from compgen.thermal.ensemble import Ensemble, started
 from compgen.thermal.log_end import end_of
 from compgen.thermal.schedule import History
-from compgen.thermal.temperature_log import read_temperature_log
 from compgen.verification.own_file.second_reading import read_own_file
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
@@ -141,13 +140,12 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
     source, path = files.source, check(PathFile, files.path_data, str(files.source))
     cell = cell_of(files.robot_text, files.robot_source, [o for o in files.overrides if o.startswith("robot.")])
     air, is_air_given = tables.ambient_of(path.ambient, str(source)), path.ambient.is_given
-    air_file = path.ambient.file
-    log, read = None, read_temperature_log(source.parent / air_file, (), {}, air=True).notes if air_file else ()
+    log, read = None, tables.notes_of_air(path.ambient, str(source))
     if path.log is not None and path.state is None:
-        log = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
+        log = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient, str(source))
         read += log.notes
         if not is_air_given:
-            air = still_air(float(log.air[-1]))  # the file does not say how warm the air is: as the log left it
+            air = still_air(log.last_air)  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)
     program, notes = _program(path, str(source), cell, settings.rate)
     notes = (*(files.project.notes if files.project else ()), *notes, *read_findings(read))
@@ -164,6 +162,8 @@ def job_of(files: JobFiles, driven: JointMotion | None = None) -> Job:
         end = end_of(log, cell.heat, cell.warmth, partial(programs.motion, "", program.process.feed))
         cell = replace(cell, heat=end.heat, warmth=end.warmth)
     if state is not None:
+        latest = age + tables.latest_delay(path.start, path.compensation.average_over)
+        refuse_outlived(state, state_file, latest, "at its latest start")
         cell = cell_with_state(cell, state, state_file)
         history = history_from_state(history, state, age, air if is_air_given else None)
         replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)

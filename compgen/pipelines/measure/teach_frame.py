@@ -34,7 +34,7 @@ from compgen.pipelines.files.robot_file import Arm, posterior_beside
 from compgen.thermal.filled_rises import HEIGHT, LAG
 from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.tables.schema import AmbientTable
-from compgen.thermal.temperature_log import Reference
+from compgen.thermal.temperature_log import COLD_START, Reference
 
 BEYOND = 4.0  # times what touches and arm explain
 PROBE_AWAY = 10  # standard deviations from where the file has it: no probe that was mounted anew
@@ -117,8 +117,7 @@ def _at_temperatures(
     """Touches with the rises of a log, and what the user must know of it; a doubtful one is refused."""
     readings, heat = read_log(log, arm.heat, arm.sensors)
     warmed = with_temperatures(data, readings, heat, reference)
-    zero = reference if isinstance(reference, float) else AmbientTable().reference_degC
-    refuse_doubtful(readings, heat, arm.warmth, zero)
+    refuse_doubtful(readings, heat, arm.warmth, reference, COLD_START, AmbientTable().reference_degC)
     return warmed
 
 

@@ -222,10 +222,9 @@ def read_rises(cell: Cell, logged: Logged, file: str) -> TemperatureLog:
     Raises:
         InputError: A bad file, an unknown sensor, readings that no robot has.
     """
-    zero = logged.ambient.reference_degC
     table = LogTable(file=file) if logged.log is None else logged.log.model_copy(update={"file": file})
-    log = _whole_rows(cell, table, zero)
-    return log or tables.log_of(table, cell.heat, cell.warmth, cell.sensors, zero, "log")
+    log = _whole_rows(cell, table, logged.ambient.reference_degC)
+    return log or tables.log_of(table, cell.heat, cell.warmth, cell.sensors, logged.ambient, "log")
 
 
 def _whole_rows(cell: Cell, table: LogTable, zero: float) -> TemperatureLog | None:
@@ -260,7 +259,7 @@ def begin_with_log(known: PromptStart, file: str, late: float | None = None) -> 
         clock=clock,
         why="; ".join([f"thermocouple log {name} until {end:.0f} s", *log.notes]),
         cause={"log": name, "log_sha256": digest, "log_end_s": end},
-        air=None if logged.is_air_given else float(log.air[-1]) if log.has_air else known.measured_air,
+        air=None if logged.is_air_given else log.last_air if log.has_air else known.measured_air,
     )
 
 

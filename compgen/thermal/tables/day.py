@@ -9,13 +9,15 @@ import numpy as np
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE, MM
 from compgen.thermal import Ambient, still_air
-from compgen.thermal.log_doubt import refuse_doubtful
+from compgen.thermal.log_doubt import distance_from_cold, lukewarm, refuse_doubtful, refuse_warm_start
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.schedule import History, Shift, Step, check_shifts
 from compgen.thermal.state_from_log import TemperatureLog
 from compgen.thermal.tables import schema as sh
 from compgen.thermal.temperature_log import Temperatures, check_sensors, read_temperature_log
 from compgen.thermal.uncertainty import ThermalUncertainty
+
+ONE_ZERO = 0.5  # [K] by which what a log and the air of a day count from may differ
 
 
 def steps_of(rows: Sequence[sh.StepTable], name: str, where: str, own_feed: float) -> tuple[Step, ...]:
@@ -124,6 +126,13 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
     return still_air(level)
 
 
+def notes_of_air(table: sh.AmbientTable, where: str) -> tuple[str, ...]:
+    """How the file of the air was understood; nothing where there is none."""
+    if table.file is None:
+        return ()
+    return read_temperature_log(Path(where).parent / table.file, (), {}, air=True).notes
+
+
 def held_air(table: sh.AmbientTable, air: Ambient, history: History) -> tuple[str, ...]:
     """Notes that a CSV of the air does not reach over the day, and what is taken there."""
     if table.kind != "csv":
@@ -145,7 +154,7 @@ def log_of(
     heat: ArmHeat,
     warmth: ThermalUncertainty,
     sensors: Mapping[str, str],
-    zero: float,
+    ambient: sh.AmbientTable,
     where: str,
 ) -> TemperatureLog:
     """A thermocouple log as rises.
@@ -155,21 +164,45 @@ def log_of(
         heat: The model, with the names of its rises.
         warmth: How well it is known.
         sensors: part_<n> to the name of a rise.
-        zero: Reference temperature [degC] unless the table says otherwise.
+        ambient: With the reference temperature, unless the table says otherwise.
         where: The path file.
 
     Raises:
-        InputError: A bad file, an unknown sensor, readings that no robot has or that the rest contradicts.
+        InputError: A bad file, an unknown sensor, readings that no robot has or that the rest contradicts, an air that
+            counts from another temperature.
     """
     log = read_temperature_log(Path(where).parent / table.file, heat.names, sensors, table)
     check_sensors(log, [f"{name}_degC" for name in (*sensors, *heat.names)])
-    return believed_rises(log, table, heat, warmth, zero)
+    rises = believed_rises(log, table, heat, warmth, ambient.reference_degC)
+    zero = _zero_of(log, rises)
+    if ambient.is_given and abs(zero - ambient.reference_degC) > ONE_ZERO:
+        raise InputError(
+            f"{where}: log.reference: its rises count from {zero:.1f} degC, the air from {ambient.reference_degC:g}; "
+            f"give ambient.reference_degC = {zero:.1f}, or no more of [ambient]: the air stays as the log leaves it"
+        )
+    return rises
+
+
+def _zero_of(log: Temperatures, rises: TemperatureLog) -> float:
+    """What rises count from when their log ends [degC]: its air, or without one its parts, tell."""
+    absolute = log.rises(0.0, 0.0)
+    if log.ambient is not None:
+        return absolute.last_air - rises.last_air
+    return float(np.nanmedian([absolute.readings[name] - rise for name, rise in rises.readings.items()]))
 
 
 def believed_rises(
     log: Temperatures, table: sh.LogTable, heat: ArmHeat, warmth: ThermalUncertainty, zero: float
 ) -> TemperatureLog:
-    """Readings of a log as rises, for which arguments are as in ``log_of``; refused where the rest contradicts them."""
-    refuse_doubtful(log, heat, warmth, zero)
-    rises = log.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
-    return replace(rises, notes=log.notes)
+    """Readings of a log as rises, refused where the rest contradicts them.
+
+    Arguments are as in ``log_of``; ``zero`` is the reference temperature [degC].
+    """
+    reference, window = zero if table.reference is None else table.reference, table.window_min * MINUTE
+    rises = log.rises(reference, window)
+    warm = ""
+    if reference == "start":
+        refuse_warm_start(log, *distance_from_cold(log, window), 'log.reference = "ambient", or degC')
+        warm = lukewarm(log, window)
+    refuse_doubtful(log, heat, warmth, reference, window, zero)
+    return replace(rises, notes=(*log.notes, warm) if warm else log.notes)

@@ -69,6 +69,12 @@ def start_of(table: StartTable | None, run_count: int, where: str) -> Start:
     return Start(table.run - 1, table.delay_min * MINUTE)
 
 
+def latest_delay(start: StartTable | None, table: AverageOverTable | None) -> float:
+    """How long the robot may stand before its program starts [s]."""
+    planned = 0.0 if start is None else start.delay_min * MINUTE
+    return float(max([planned, *((table.delay_s or ()) if table else ())]))
+
+
 def _runs(count: int) -> str:
     return f"1 to {count}" if count > 1 else "1 alone; [[cycle]] with a repeat gives more"
 
