@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
+from pathlib import Path
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR
@@ -31,9 +32,10 @@ class Programs:
         self._losses: dict[tuple[str, float], MeanLosses] = {}
 
     def plan(self, name: str) -> ProgramPlan:
-        """A program by name; "" is the one whose history is planned."""
+        """A program by name; "" is the one whose history is planned, and so is one of the same path file."""
         if name not in self._plans:
-            self._plans[name] = self._load(name)
+            own, named = self._plans[""], self._load(name)
+            self._plans[name] = own if Path(named.source).resolve() == Path(own.source).resolve() else named
         return self._plans[name]
 
     def motion(self, name: str, feed: float) -> JointMotion:
@@ -114,12 +116,13 @@ def _refuse_without_shift(pieces: Sequence[tuple[Step, Duty]], clock: float) -> 
 
 
 def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:
-    """Steps that name a program and no feed run it at its own."""
-    out = []
+    """Steps that name a program and no feed run it at its own; one that names the own program is as one without."""
+    out, own = [], programs.plan("")
     for step in steps:
         if step.program:
-            own = programs.plan(step.program).process.feed
-            step = replace(step, feed=step.feed if step.feed > 0 else own)
+            named = programs.plan(step.program)
+            name, feed = "" if named is own else step.program, step.feed if step.feed > 0 else named.process.feed
+            step = replace(step, program=name, feed=feed)
         out.append(step)
     return out
 

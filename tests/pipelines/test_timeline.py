@@ -1,5 +1,7 @@
 """A job's day: each run is met by the warmth of its own moment."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from naive_heat import rises
@@ -120,3 +122,16 @@ def test_runs_that_their_day_has_no_time_for_are_refused(clock, step, words):
     day = [*shift, f"ambient.clock_h={clock}", f'cycle=[{{state="moving", {step}}}]']
     with pytest.raises(InputError, match=words):
         load_job(path_file("line_y"), overrides=day)
+
+
+def test_a_cycle_that_names_its_own_path_file_has_the_runs_of_one_that_names_none(tmp_path):
+    """It was one run, that of a day without a cycle; what the job overrides is its program's."""
+    (tmp_path / "own.toml").write_text(Path(path_file("line_y")).read_text())
+
+    def runs(program):
+        cycle = f'cycle=[{{state="moving", repeat=5, dwell_s=600{program}}}]'
+        return load_job(str(tmp_path / "own.toml"), overrides=["process.feed_mm_s=23", cycle]).history.runs
+
+    assert len(runs("")) == 5
+    assert runs(', program="own"') == runs("")
+    assert runs(', program="own.toml", feed_mm_s=23') == runs("")
