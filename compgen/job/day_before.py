@@ -72,10 +72,11 @@ def plan_history(
         parts: The steps before, in and after the cycle.
         shifts: Of a day.
         clock: When ``before`` begins, [s] of the day.
-        as_given: Whether files say the day; one that a slider moves may leave a stretch without a shift.
+        as_given: Whether files say the day; one that a slider moves may leave out a shift, or runs.
 
     Raises:
-        InputError: A program that is not there, too many stretches, or one in shifts that meets none.
+        InputError: A program that is not there, too many stretches, one in shifts that meets none, or runs that duty
+            or shifts leave no time for.
         ImpossibleError: A program that the robot cannot drive.
     """
     parts_with_feeds = [_with_programs_feed(steps, programs) for steps in parts]
@@ -92,6 +93,7 @@ def plan_history(
         pieces = expand_steps(steps, shifts, clock, run_time)
         if as_given:
             _refuse_without_shift(pieces, clock)
+            _refuse_left_out_runs(pieces, run_time)
         clock += sum(d.duration for _, d in pieces)
         losses = [programs.losses(step.program, step.feed or own_feed) for step, _ in pieces]
         spread.append([(step, loss.warming(duty)) for (step, duty), loss in zip(pieces, losses, strict=True)])
@@ -115,6 +117,23 @@ def _refuse_without_shift(pieces: Sequence[tuple[Step, Duty]], clock: float) -> 
         begin += lasts
 
 
+def _whole_runs(duty: Duty, run_time: float) -> int:
+    """How many runs of a program [s] fit whole into a stretch."""
+    return int(duty.duration * duty.share / run_time + 1e-6) if duty.state == "moving" else 0
+
+
+def _refuse_left_out_runs(pieces: Sequence[tuple[Step, Duty]], run_time: Callable[[Step], float]) -> None:
+    """Refuse a repeat of which duty or shifts leave fewer runs than it says."""
+    count: Counter[Step] = Counter()
+    for step, duty in pieces:
+        if step.repeat is not None:
+            count[step] += _whole_runs(duty, run_time(step))
+    for step, runs in count.items():
+        if step.repeat is not None and runs < step.repeat:
+            within = f"{runs} of {step.repeat} runs fit into its {'shifts' if step.shifts else 'duty'}"
+            raise InputError(f"{step.key}.repeat: {within}; give a duration_h instead")
+
+
 def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:
     """Steps that name a program and no feed run it at its own; one that names the own program is as one without."""
     out, own = [], programs.plan("")
@@ -130,19 +149,12 @@ def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]
 def _runs(pieces: Sequence[tuple[Step, Duty]], run_time: Callable[[Step], float]) -> tuple[float, ...]:
     """When each run of the own program begins: all that fit whole into its moving stretches, spread by their duty."""
     starts, begins, now = [], [], 0.0
-    count: Counter[Step] = Counter()
     for step, duty in pieces:
         if duty.state == "moving" and not step.program:
             one = run_time(step)
-            whole = int(duty.duration * duty.share / one + 1e-6)
-            starts += [now + k * one / duty.share for k in range(whole)]
+            starts += [now + k * one / duty.share for k in range(_whole_runs(duty, one))]
             begins.append(now)
-            count[step] += whole
             if len(starts) > MOST_RUNS:
                 raise InputError(f"{step.key}: over {MOST_RUNS} runs of the program; make the cycle shorter")
         now += duty.duration
-    for step, runs in count.items():
-        if step.repeat is not None and runs < step.repeat:
-            within = f"{runs} of {step.repeat} runs fit into its {'shifts' if step.shifts else 'duty'}"
-            raise InputError(f"{step.key}.repeat: {within}; give a duration_h instead")
     return tuple(starts or begins[:1]) or (0.0,)

@@ -24,7 +24,7 @@ SCHEDULE = (
 )
 IN_SHIFTS = (
     "shift=[{from_h=6,to_h=14,breaks_h=[[9,9.25],[12,12.5]]},{from_h=22,to_h=30}]",
-    'before=[{state="off",duration_h=3},{state="moving",program="line_x",repeat=60,dwell_s=120,shifts=true},'
+    'before=[{state="off",duration_h=1},{state="moving",program="line_x",repeat=60,dwell_s=120,shifts=true},'
     '{state="moving",feed_mm_s=60,duration_h=29,duty=0.7,shifts=true}]',
     'ambient={kind="wave",amplitude_K=3,clock_h=5}',
 )

@@ -101,7 +101,7 @@ def test_600_places_and_a_megabyte_are_as_good_as_every_sample(name):
 
 
 def test_the_formula_is_the_full_computation_in_a_schedule_by_the_network(schedule):
-    assert kinds(schedule) == ["repeat", "feed", "duty", "duration", "air", "delay", "run", "cte"]
+    assert kinds(schedule) == ["repeat", "feed", "duration", "air", "delay", "run", "cte"]
     assert check_agreement(schedule).largest < 0.02 * UM
 
 
@@ -148,7 +148,7 @@ def test_as_planned_before_and_after_are_the_report_s(spiral):
 
 
 def test_the_state_is_that_of_the_job_read_anew(schedule):
-    setting = moved(schedule, run=14.0, repeat=11.0, feed=75.0, duty=0.7)
+    setting = moved(schedule, run=14.0, repeat=11.0, feed=75.0)
     history, day = history_at(schedule.live.day, setting), schedule.live.day
     overrides = [*SCHEDULE, NETWORK, *overrides_of(day, setting)]
     job = load_job(path_file("line_y"), overrides=overrides)
@@ -171,7 +171,7 @@ def test_settings_are_drawn_the_same_every_time_and_inside_the_ranges(schedule):
 SHIFTS = "shift=[{from_h=6,to_h=14,breaks_h=[[9,9.25],[12,12.5]]},{from_h=22,to_h=30}]"
 IN_SHIFTS = (
     SHIFTS,
-    'before=[{state="off",duration_h=3},{state="moving",program="line_x",repeat=60,dwell_s=120,shifts=true},'
+    'before=[{state="off",duration_h=1},{state="moving",program="line_x",repeat=60,dwell_s=120,shifts=true},'
     '{state="moving",feed_mm_s=60,duration_h=29,duty=0.7,shifts=true}]',
     'ambient={kind="wave",amplitude_K=3,clock_h=5}',
 )
@@ -180,7 +180,7 @@ IN_SHIFTS = (
 @pytest.mark.parametrize("model", ["nodes", "network"])
 def test_stretches_that_keep_to_the_shifts_have_their_sliders(model):
     live_job = built("line_y", *IN_SHIFTS, f"robot.thermal.model={model}")
-    assert kinds(live_job)[:-3] == ["duration", "repeat", "feed", "duty", "duration", "feed", "duty"]
+    assert kinds(live_job)[:-3] == ["duration", "repeat", "feed", "duration", "feed", "duty"]
     assert check_agreement(live_job).largest < 0.02 * UM
     before = live_job.job.history.before
     assert history_at(live_job.live.day, planned_setting(live_job.live.day)).before == before
@@ -209,7 +209,7 @@ def test_a_late_start_can_be_moved_as_far_as_files_take_it():
 def test_hours_that_would_move_the_shifts_of_the_cycle_have_no_slider():
     cycle = 'cycle=[{state="moving",repeat=40,dwell_s=600,shifts=true}]'
     live_job = built("line_y", SHIFTS, 'before=[{state="moving",program="line_x",repeat=60,shifts=true}]', cycle)
-    assert kinds(live_job) == ["duty", "air", "delay", "run", "cte"]
+    assert kinds(live_job) == ["air", "delay", "run", "cte"]
     assert any("[[cycle]] keeps to the hours of [[shift]]" in words for words in live_job.live.day.missing)
     assert check_agreement(live_job).largest < 0.02 * UM
 

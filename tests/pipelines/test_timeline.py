@@ -109,18 +109,21 @@ def test_runs_are_whole_and_spread_by_their_duty(overrides, count, apart):
     assert_allclose(runs, apart * one * np.arange(count), rtol=2e-3)
 
 
+@pytest.mark.parametrize("part", ["before", "cycle", "after"])
 @pytest.mark.parametrize(
     ("clock", "step", "words"),
     [
-        (0, "repeat=12, duty=0.5", "cycle.0.repeat: 6 of 12 runs fit into its duty; give a duration_h"),
-        (0, "repeat=12, duty=0.5, dwell_s=1", "cycle.0.repeat: 0 of 12 runs fit into its duty"),
-        (13.99, "repeat=40, shifts=true", r"cycle.0.repeat: \d+ of 40 runs fit into its shifts"),
+        (0, "repeat=12, duty=0.5", "repeat: 6 of 12 runs fit into its duty; give a duration_h"),
+        (0, "repeat=12, duty=0.5, dwell_s=1", "repeat: 0 of 12 runs fit into its duty"),
+        (0, 'repeat=12, duty=0.5, program="line_x"', "repeat: 6 of 12 runs fit into its duty"),
+        (13.99, "repeat=40, shifts=true", r"repeat: \d+ of 40 runs fit into its shifts"),
     ],
 )
-def test_runs_that_their_day_has_no_time_for_are_refused(clock, step, words):
+def test_runs_that_their_day_has_no_time_for_are_refused(part, clock, step, words):
+    """Before and after a cycle the robot was warmed by half of the runs, in half of their hours, without a word."""
     shift = SHIFT if clock else SHIFT[1:]
-    day = [*shift, f"ambient.clock_h={clock}", f'cycle=[{{state="moving", {step}}}]']
-    with pytest.raises(InputError, match=words):
+    day = [*shift, f"ambient.clock_h={clock}", f'{part}=[{{state="moving", feed_mm_s=20, {step}}}]']
+    with pytest.raises(InputError, match=rf"{part}\.0\.{words}"):
         load_job(path_file("line_y"), overrides=day)
 
 

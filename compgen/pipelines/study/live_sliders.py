@@ -153,7 +153,8 @@ def _of_stage(n: int, stage: Stage, *, alone: bool) -> list[Slider]:
     low, high = (min(stops), max(stops)) if stops else (5.0, max(MOST_FEED, feed))
     span = {"low": min(low, feed), "high": high, "step": 1, "value": feed, "stops": stops}
     sliders.append(slider("feed", "feed", "feed_mm_s", unit="mm/s", **span))
-    sliders.append(slider("duty", "duty", "duty", unit="of time", low=0, high=1, step=0.01, value=step.share))
+    if step.repeat is None:  # runs whose share is less have no time in their stretch
+        sliders.append(slider("duty", "duty", "duty", unit="of time", low=0, high=1, step=0.01, value=step.share))
     return sliders
 
 

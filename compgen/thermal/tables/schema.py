@@ -31,13 +31,13 @@ class StepTable(Table):
     duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)] | None = None
     """Length of the stretch; this or repeat."""
     repeat: Annotated[int, Field(ge=1, le=100_000)] | None = None
-    """Runs of the program, each followed by a dwell; this or duration_h."""
+    """Runs of the program, each followed by a dwell; this or duration_h. Refused where duty or shifts leave fewer."""
     dwell_s: Annotated[FiniteFloat, Field(ge=0, le=1e6)] | None = None
     """Pause after each run; default 0."""
     dwell: Literal["idle", "off"] | None = None
     """Servo on (idle) or off during the dwell; default idle."""
     duty: Annotated[FiniteFloat, Field(ge=0, le=1)] | None = None
-    """Share of the time in motion, the rest idle; default 1."""
+    """Share of duration_h in motion, the rest idle; default 1."""
     shifts: bool = False
     """Whether the program moves inside the working hours of [[shift]] only."""
 
