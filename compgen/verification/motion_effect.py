@@ -44,10 +44,6 @@ class MotionEffect:
         """Whether the robot file has the motion."""
         return self.expected is None
 
-    def at(self, rows: IntArray) -> "MotionEffect":
-        """The same of a program that has some of the positions (M,), rising, from the first to the last."""
-        return replace(self, off=np.maximum.reduceat(self.off, rows[:-1]))
-
 
 def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffect:
     """What the controller's motion does to a program, or is expected to do where it is not known.

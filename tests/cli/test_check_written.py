@@ -11,6 +11,7 @@ from compgen.core.units import UM
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
+from compgen.report.job_summary import job_summary
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 
@@ -82,6 +83,10 @@ def test_a_program_that_leaves_waypoints_out_is_flown_in_another_state(tmp_path,
     )
     _, other = report(CIRCLE, program, "--set", override, *STATE)
     assert 20 < other["on_part"]["after"]["total"]["max_um"] < 200
+    job = load_job(path_file("circle_1300"), None, [override, *(word for word in STATE if word != "--set")])
+    predicted = job_summary(generate.predict(job, quiet), None)
+    assert other["before"]["total"] == pytest.approx(predicted["before"]["total"], abs=1e-6)
+    assert other["on_part"]["before"]["total"] == pytest.approx(predicted["on_part"]["before"]["total"], abs=1e-6)
 
 
 @pytest.mark.parametrize("override", ["process.moves=arcs", "process.thin_um=2"])

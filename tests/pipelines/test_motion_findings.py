@@ -199,6 +199,7 @@ def test_a_prediction_is_of_the_arcs_that_a_program_has_not_of_lines_through_eac
     for keys in (("motion", "off_path_um"), ("motion", "highest_um"), ("path", "waypoints"), ("timing", "duration_s")):
         of_both = [summary[keys[0]][keys[1]] for summary in (predicted, generated)]
         assert of_both[0] == pytest.approx(of_both[1], rel=0.005), keys
+    assert generated["before"] == predicted["before"]
 
 
 def test_where_no_text_is_flown_it_is_said_not_to_be_looked_at():

@@ -46,7 +46,7 @@ def at_program_positions(planned: Planned, progress: Progress) -> Planned:
         kept = planned.at(simplify(path, planned.theta, unmoved, process.thin, planned.feed * period))
     else:
         return planned
-    return replace(kept, trajectory=time_corrected(kept, kept.theta, progress))
+    return replace(kept, trajectory=time_corrected(kept, kept.theta, lambda stage, share: progress(stages.TIMING, 1.0)))
 
 
 def with_arcs(

@@ -66,7 +66,7 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
         TwinError: The twin cannot drive it.
     """
     planned = corrected_arcs.at_program_positions(plan_lines(job, progress, pages=pages), progress)
-    planned = _flown(planned, progress, date)
+    planned = _flown(planned, planned, progress, date)
     effect = planned.written().effect
     findings = (
         *own_file_findings(job, planned.path, planned.deviation()),
@@ -79,8 +79,9 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bo
 
 
 def plan_uncorrected(job: Job, progress: Progress, date: str = DEFAULT_DATE, *, pages: bool = True) -> Planned:
-    """The plan in lines through each waypoint, the twin still driving its text on another thread."""
-    return _flown(plan_lines(job, progress, pages=pages), progress, date)
+    """The plan in lines through each waypoint, the twin still driving on another thread what its program names."""
+    lines = plan_lines(job, progress, pages=pages)
+    return _flown(lines, corrected_arcs.at_program_positions(lines, progress), progress, date)
 
 
 def plan_lines(job: Job, progress: Progress, *, pages: bool = True) -> Planned:
@@ -90,10 +91,10 @@ def plan_lines(job: Job, progress: Progress, *, pages: bool = True) -> Planned:
     return motion_predistortion.as_logged(planned)
 
 
-def _flown(planned: Planned, progress: Progress, date: str) -> Planned:
-    """A plan with what is known of it, the twin still driving its text on another thread."""
+def _flown(planned: Planned, named: Planned, progress: Progress, date: str) -> Planned:
+    """A plan with what is known of it, the twin still driving the text of its named positions on another thread."""
     progress(stages.TWIN_BEFORE, 0.0)
-    flight = run_in_background(partial(_fly_uncorrected, planned, date), len(planned.theta))
+    flight = run_in_background(partial(_fly_uncorrected, named, date), len(named.theta))
     return replace(planned, twin_result=flight, findings=tuple(_plan_findings(planned)))
 
 
@@ -110,8 +111,7 @@ def _fly_uncorrected(planned: Planned, date: str) -> tuple[Deviation, WrittenMot
 def _plan_findings(planned: Planned) -> Iterator[Finding]:
     """What is known of a plan before anything is flown: where models leave what was measured, and what files say."""
     job, path, theta, rise = planned.job, planned.path, planned.theta, planned.rise
-    time, places = planned.time, path.target.position
-    on_part = path.rows_on_part()
+    time, places, on_part = planned.time, path.target.position, path.rows_on_part()
     driven = DrivenPoses(theta=theta, position=places, rise=rise, directions=planned.motion, contact=path.contact)
     hot = extrapolations(job.cell.heat, job.duties_before(), job.feed, time[-1], rise)
     yield from [
@@ -148,7 +148,7 @@ def generate(
         TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
     planned = plan_uncorrected(job, progress, date, pages=pages)
-    job, as_planned = planned.job, len(planned.path.arc)
+    job = planned.job
     as_written = pages and keeps_waypoints(job.plan.process)  # uncorrected: what the day before was driven as
     other, unknown_form = model_form.plan_other_day(job, planned.joint_motion if as_written else None)
     planned, problem, solution, limited = find_correction(planned, progress)
@@ -166,8 +166,7 @@ def generate(
     del program, commanded
     planned.deviation()
     prepared = prepared_for(job, delivered.program)
-    touching = moves_otherwise(planned, as_planned)
-    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
+    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, moves_otherwise(planned))
     deviation, averaged = _fly_corrected(planned, problem, solution, trajectory, prepared, progress)
     progress(stages.CROSS_FLIGHT, 0.0)
     form, form_findings = model_form.cross_flight(job, other, prepared, deviation)
@@ -195,10 +194,11 @@ def generate(
     return planned, replace(corrected, findings=tuple(verdict))
 
 
-def moves_otherwise(planned: Planned, waypoints: int) -> BoolArray | None:
-    """The segments on the part of a text whose motion the plan's, of so many waypoints, does not tell; else None."""
-    longer = len(planned.path.arc) < waypoints  # lines, or arcs, which are driven faster than the plan's lines
-    return planned.path.touching_segments() if planned.job.robot.motion is not None or longer else None
+def moves_otherwise(planned: Planned) -> BoolArray | None:
+    """The segments on the part of a corrected text whose motion the uncorrected one does not tell; else None."""
+    process = planned.job.plan.process
+    names_others = process.arcs or process.thin is not None
+    return planned.path.touching_segments() if planned.job.robot.motion is not None or names_others else None
 
 
 def _fly_corrected(

@@ -68,11 +68,10 @@ class Planned(MotionPlan):
         return self.twin_result.result()[1]
 
     def effect(self, written: WrittenMotion) -> MotionEffect | None:
-        """Of the controller's motion on a text that came of the plan; one of the plan's lines has the plan's."""
+        """Of the controller's motion on a text that came of the plan; one of all its lines has the plan's."""
         if written.effect is not None or self.job.robot.motion is not None:
             return written.effect
-        of_plan = self.written().effect
-        return None if of_plan is None else of_plan.at(self.rows)
+        return self.written().effect
 
     def band_of_plan(self) -> Band:
         """What the files leave open while nothing is corrected."""

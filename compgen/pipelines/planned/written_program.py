@@ -44,7 +44,7 @@ AHEAD = 5e-3  # [m] beside a statement's own length, that the path may go on for
 class WrittenFlight:
     """What a written program leaves in the state of a job."""
 
-    planned: Planned  # the job's uncorrected program, flown, at the positions of the text; the motion is the text's
+    planned: Planned  # at the positions of the text; flown is the job's uncorrected program, the motion is the text's
     program: Program
     start: Start  # at which it errs most, of those that the job asks for
     deviation: Deviation
@@ -89,7 +89,7 @@ def fly_written(
     worst, deviation = max(flights, key=lambda flight: flight[1].on_part["total"].max)
     named = planned.at(rows, path)
     draws = _draws(planned, named, prepared, deviation, progress)
-    touching = generate.moves_otherwise(named, len(planned.path.arc))
+    touching = generate.moves_otherwise(named)
     written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace, touching)
     findings = [*judge(deviation, job.bounds), *own_file_findings(job, path, deviation)]
     findings += draws.findings() if draws is not None else []
