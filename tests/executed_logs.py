@@ -3,8 +3,9 @@
 Written for tests alone, with nothing of what judges logs but the course: plain time steps, means by cumulative sums.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+import ls_text
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -214,6 +215,26 @@ def part(name="PART", shift=None, speed=0.1, numbers=(0, 0)):
             fine=np.array(fine),
         )
     )
+
+
+def pages(content, name="PART"):
+    """A program in two pages: its main program, and the pages by name."""
+    from compgen import fanuc
+
+    whole = fanuc.interpret(content)
+    k = int(np.flatnonzero(whole.fine)[2])
+
+    def page(name, rows, speeds):
+        arrays = {n: getattr(whole, n)[rows] for n in ("position", "rotation", "turns", "fine", "via")}
+        arrays["fine"] = arrays["fine"].copy()
+        arrays["fine"][[0, -1]] = True
+        return fanuc.compose(replace(whole, name=name, speed=whole.speed[speeds], **arrays))
+
+    programs = {
+        f"{name}A": page(f"{name}A", slice(0, k + 1), slice(0, k)),
+        f"{name}B": page(f"{name}B", slice(k, None), slice(k, None)),
+    }
+    return ls_text.program([f"CALL {page}" for page in programs], [], name=name), programs
 
 
 def circle(name="PART", radius=0.15, speed=0.1):

@@ -402,6 +402,27 @@ def test_an_older_correction_is_told_from_the_text_that_was_given(folder, course
     assert "executed.this" in codes(folder)
 
 
+@pytest.mark.parametrize("name", ["PART", "OTHER"])
+def test_pages_of_another_program_are_those_beside_it(folder, course, robot, name):
+    """The pages beside the judged program were read for both: the two differed by 0.0 um, or had no motions."""
+    shift = 40e-6 * np.column_stack([np.sin(np.arange(course.number.max()) / k) for k in (30, 25, 20)])
+    texts = {"": (logs.part(), "PART"), "new": (logs.part(shift=shift), name)}
+    for place, (content, main) in texts.items():
+        text, pages = logs.pages(content, main)
+        (folder / place).mkdir(exist_ok=True)
+        for program, listing in {main: text, **pages}.items():
+            (folder / place / f"{program}.LS").write_bytes(listing)
+    write(folder, course_of_text(texts["new"][0], robot, default_frames()), logs.Logger(noise=2e-6))
+    refused(executed(folder, "--also", f"new/{name}.LS"), 1, f"the robot ran new/{name}.LS, not this program")
+    assert report(folder)["also"][0]["differs_um"] > 10
+
+
+def test_a_broken_program_beside_is_refused_with_its_name(folder, course):
+    write(folder, course)
+    (folder / "BAD.LS").write_bytes(b"/PROG X\n")
+    refused(executed(folder, "--also", "BAD.LS"), 2, "BAD.LS")
+
+
 def test_waits_and_holds_are_named_with_their_place(folder, course):
     stop = int(np.flatnonzero(course.stop)[2])
     write(folder, course, run_of=logs.Run(ramp=0.25, wait={stop: 3.0}, hold=((12.0, 2.0),)))

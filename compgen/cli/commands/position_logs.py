@@ -3,7 +3,7 @@
 Plan-motion-log writes the program whose log tells most of that.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -86,6 +86,15 @@ def _logged_program(
     return LoggedProgram(file=program, log=log, text=text, course=course, robot_file=robot_file, situation=situation)
 
 
+def _other_course(program: str, situation: "Situation") -> "ProgramCourse":
+    """The course of a program that may have been run instead, with the programs beside it."""
+    from compgen.pipelines.correct.program_file import programs_beside, read_program
+
+    content = read_program(program)
+    with naming_file(program):
+        return replace(situation, find_program=programs_beside(Path(program))).course(content)
+
+
 def executed(
     program: opt.ProgramFile,
     *,
@@ -109,7 +118,6 @@ def executed(
     Examples:
         cgen executed out/SPIRAL_1300.LS --log run.csv --max-um 200
     """
-    from compgen.pipelines.correct.program_file import read_program
     from compgen.pipelines.executed.executed import judge_log
     from compgen.report.executed import executed_csv, executed_html, executed_summary
     from compgen.verification.executed.position_log import read_position_log
@@ -119,7 +127,7 @@ def executed(
     text, own, bound = logged.text, Run(Command.EXECUTED, logged.text.name), opt.bound_of(max_um)
     check_folder(folder, own, record=RECORD, others=[PAGE, TABLE])
     place = page_place(folder, page, date)
-    others = [(name, read_program(name)) for name in also or []]
+    others = [(name, _other_course(name, logged.situation)) for name in also or []]
     positions = read_position_log(logged.log, third_on_link2=j3 is opt.J3.LINK2)
     run = judge_log(text, logged.course, positions, logged.situation, others, bound)
     summary = executed_summary(run, text, logged.situation.robot, bound)

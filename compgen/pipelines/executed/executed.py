@@ -87,7 +87,7 @@ class Situation:
     robot: Robot
     frames: Frames
     registers: dict[int, Register]
-    find_program: Callable[[str], bytes | None]
+    find_program: Callable[[str], bytes | None]  # beside the program of which the log is
     world: bool = False  # whether Cartesian positions of logs are in World
 
     def course(self, content: bytes) -> ProgramCourse:
@@ -100,7 +100,7 @@ def judge_log(
     course: ProgramCourse,
     log: PositionLog,
     situation: Situation,
-    also: Sequence[tuple[str, bytes]] = (),
+    also: Sequence[tuple[str, ProgramCourse]] = (),
     bound: float | None = None,
 ) -> ExecutedRun:
     """Judge a log against a program's text.
@@ -110,7 +110,7 @@ def judge_log(
         course: Of that text (``Situation.course``).
         log: Of the run.
         situation: Robot, frames, and what the program calls.
-        also: Names and listings of other programs that may have been run instead.
+        also: Names and courses of other programs that may have been run instead, each with what lies beside it.
         bound: Largest deviation allowed [m].
 
     Raises:
@@ -124,7 +124,7 @@ def judge_and_fit(
     course: ProgramCourse,
     log: PositionLog,
     situation: Situation,
-    also: Sequence[tuple[str, bytes]] = (),
+    also: Sequence[tuple[str, ProgramCourse]] = (),
     bound: float | None = None,
 ) -> tuple[ExecutedRun, FittedWindows | None]:
     """``judge_log``, with the windows of the log as far as the judgement fitted them: no need to fit them twice."""
@@ -132,11 +132,12 @@ def judge_and_fit(
         course = replace(course, several_frames=False)  # such a log is in no user frame
     followed = follow_log(log, course, situation.robot, world=situation.world)
     deviation, clock = measure(course, followed)
-    others = [*also, *([("the planned program", text.planned)] if text.planned is not None else [])]
+    others = list(also)
+    if text.planned is not None:
+        with naming_file(planned := "the planned program"):
+            others.append((planned, situation.course(text.planned)))
     likenesses, findings = list[Likeness](), list[Finding]()
-    for name, content in others:
-        with naming_file(name):
-            other = situation.course(content)
+    for name, other in others:
         like = likeness(course, deviation, followed, name, other)
         if like is not None:
             likenesses.append(like)
