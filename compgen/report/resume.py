@@ -127,6 +127,11 @@ def program_summary(resumed: ResumedProgram) -> dict[str, Any]:
     }
 
 
+def unwritten(record: dict[str, Any]) -> dict[str, Any]:
+    """The record of a resume whose pages were not written: it replaced none."""
+    return {**record, "replaced": [], "pages": [{**page, "replaced": False} for page in record["pages"]]}
+
+
 def resume_html(resumed: Resumed, options: PageOptions) -> bytes:
     """The page of a resumed job, the same bytes for the same inputs."""
     data = resume_summary(resumed)

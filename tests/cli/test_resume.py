@@ -135,8 +135,12 @@ def test_what_is_outside_is_not_written_but_by_force(made, tmp_path):
     result = run("resume", out, *RESUME, "-q")
     refused(result, 1, "outside bounds: ", "bounds.max_um", "--force")
     assert contents(out) == before
+    record = json.loads(run("resume", out, *RESUME, "--json").stdout)
+    assert (record["replaced"], {page["replaced"] for page in record["pages"]}) == ([], {False})
     assert run("resume", out, *RESUME, "-q", "--force").returncode == 1
-    assert changed(before, contents(out))
+    record = json.loads((out / "resume.json").read_text())
+    assert set(record["replaced"]) == {page["file"] for page in record["pages"] if page["replaced"]}
+    assert set(record["replaced"]) < changed(before, contents(out))
 
 
 def test_a_log_says_what_the_robot_is(job, tmp_path):

@@ -150,6 +150,7 @@ def resume(
 
 def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> Outcome:
     """What became of the pages, and why they are not inside."""
+    from compgen.report.resume import unwritten
     from compgen.verification.verdict import Verdict
 
     errors = []
@@ -159,7 +160,8 @@ def _outcome(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: b
             ending = "written all the same" + ("" if resumed.is_usable else " (--force)")
         errors.append(f"{outside_words(resumed.findings)}; {ending}")
     shown = _shown(resumed, folder, is_written=is_written, verbose=verbose)
-    return Outcome(record=record_of(resumed), shown=shown, errors=errors)
+    record = record_of(resumed) if is_written else unwritten(record_of(resumed))
+    return Outcome(record=record, shown=shown, errors=errors)
 
 
 def _shown(resumed: "Resumed | ResumedProgram", folder: Path, *, is_written: bool, verbose: bool) -> Iterator[object]:
