@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -163,9 +163,25 @@ def study_json(
         **({} if live is None else {"live": live}),
         "scenarios": rows,
         "provenance": {"compgen": __version__, **({} if base is None else made_from(base))},
-        "inputs": None if base is None else dict(base.inputs),
+        "inputs": None if base is None else shared_inputs(base.inputs, study.keys if study else ()),
     }
     return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+
+
+def shared_inputs(inputs: Mapping[str, Any], varied: Sequence[str]) -> dict[str, Any]:
+    """A job's inputs without the keys that are varied, and without what lies in tables that are; null in a list."""
+
+    def is_shared(key: str) -> bool:
+        return not any(f"{key}.".startswith(f"{name}.") for name in varied)
+
+    def shared(value: Any, key: str) -> Any:
+        if isinstance(value, Mapping):
+            return {name: shared(v, f"{key}{name}.") for name, v in value.items() if is_shared(f"{key}{name}")}
+        if isinstance(value, list):
+            return [shared(v, f"{key}{n}.") if is_shared(f"{key}{n}") else None for n, v in enumerate(value)]
+        return value
+
+    return {name: shared(table, "robot." if name == "robot" else "") for name, table in inputs.items()}
 
 
 def band_caveat(rows: list[StudyRow]) -> str:

@@ -38,6 +38,24 @@ def home(tmp_path_factory):
     return folder
 
 
+def test_inputs_are_what_the_scenarios_share(tmp_path):
+    """The file's own values of varied keys stood there, which no scenario had."""
+    keys = {"duty": "0.3", "feed": "30,60", "model": "nodes,network", "tool": "{x_mm = 1.0}"}
+    varied = [word for key, values in keys.items() for word in ("--vary", f"{key}={values}")]
+    done = whatif(tmp_path, *varied, "--workers", "1", "--json")
+    assert done.returncode == 0, done.stderr
+    inputs = json.loads(done.stdout)["inputs"]
+    before, process, thermal = inputs["path"]["before"][0], inputs["path"]["process"], inputs["robot"]["thermal"]
+    for table, gone, kept in (
+        (before, "duty", "feed_mm_s"),
+        (process, "feed_mm_s", "chord_um"),
+        (thermal, "model", "cte_um_m_K"),
+        (inputs["path"], "tool", "robot"),
+    ):
+        assert gone not in table
+        assert kept in table
+
+
 def test_another_study_goes_beside(home):
     first = home / "outputs" / "line_y_whatif"
     before = content(first)
