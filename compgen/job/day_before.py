@@ -99,7 +99,9 @@ def plan_history(
         spread.append([(step, loss.warming(duty)) for (step, duty), loss in zip(pieces, losses, strict=True)])
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
     runs = _runs(spread[1], run_time) if cycle else (0.0,)
-    return History(before=before, cycle=cycle, after=after, runs=runs, air=air)
+    moving = [step for steps in parts_with_feeds for step in steps if step.state == "moving"]
+    first = {step.feed: step.key.rpartition(": ")[2] for step in reversed(moving)}  # without the file's name
+    return History(before=before, cycle=cycle, after=after, runs=runs, air=air, step_at=first)
 
 
 def _refuse_without_shift(pieces: Sequence[tuple[Step, Duty]], clock: float) -> None:

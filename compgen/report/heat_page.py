@@ -61,7 +61,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
         "title": job.title,
         "start_s": day.start,
         "duration_s": float(day.time[-1]),
-        "findings": [finding.record() for finding in job.input_findings],
+        "findings": [finding.record() for finding in day.findings],
         "rise_K": {
             "start": dict(zip(names, day.run_rise[0].tolist(), strict=True)),
             "end": dict(zip(names, day.rise[-1].tolist(), strict=True)),
@@ -123,7 +123,7 @@ def heat_html(job: Job, day: Timeline, options: PageOptions = PLAIN, max_um: flo
         count=count,
         file=_file_of(job),
         is_judged=max_um is not None,
-        findings=job.input_findings,
+        findings=day.findings,
         rises=_rises(job, day),
         runs=_runs(job, day, max_um) if count > 1 else None,
     )

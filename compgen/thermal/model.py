@@ -8,7 +8,7 @@ fulfil it, ``node_model`` (the study's) and ``network`` (conduction); ``state_fr
 thermocouple log. What only one of them knows it says itself, so that nobody asks which of the two it has.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, Protocol, Self
 
 import numpy as np
@@ -135,22 +135,32 @@ def with_losses(heat: ThermalModel, duties: Sequence[Duty], motion: JointMotion)
     return list(duties) if heat.law is not None else [warmed(duty) for duty in duties]
 
 
-def extrapolations(heat: ArmHeat, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
+def extrapolations(
+    heat: ArmHeat,
+    duties: Sequence[Duty],
+    feed: float,
+    duration: float,
+    rise: Array,
+    steps: Mapping[float, str] | None = None,
+    until: str = "the program's end",
+) -> list[str]:
     """In words, where a job leaves the box in which a model's parameters were measured.
 
     Args:
         heat: The model.
-        duties: Before the program.
+        duties: Before the program; or of a whole day, of which ``duration`` is then none.
         feed: Of the program [m/s].
         duration: Of the program, as far as it moves [s].
-        rise: While it runs, (M, K) [K].
+        rise: While it runs, or of the day, (M, K) [K].
+        steps: Feeds [m/s] to the keys of steps that move at them; default before.<n>, n the duty's number.
+        until: What the hours of motion are counted to.
     """
     messages, box = [], heat.box
     low, high = box.feed
     feeds = {feed: "process"}
     for i, duty in enumerate(duties):
         if duty.state == "moving":
-            feeds.setdefault(duty.feed, f"before.{i}")
+            feeds.setdefault(duty.feed, (steps or {}).get(duty.feed, f"before.{i}"))
     for value, where in feeds.items():
         if not low <= value <= high:
             messages.append(
@@ -160,7 +170,7 @@ def extrapolations(heat: ArmHeat, duties: Sequence[Duty], feed: float, duration:
     moving = sum(d.duration * d.share for d in duties if d.state == "moving") + duration
     if moving > box.time:
         messages.append(
-            f"{moving / HOUR:.2f} h of motion by the program's end exceed the {box.time / HOUR:g} h "
+            f"{moving / HOUR:.2f} h of motion by {until} exceed the {box.time / HOUR:g} h "
             "the thermal parameters were measured over"
         )
     peak = max(rise.max(), 0.0)

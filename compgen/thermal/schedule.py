@@ -3,7 +3,7 @@
 What a cell does around the runs of a program, and how warm that leaves the robot.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -140,6 +140,7 @@ class History:
     runs: tuple[float, ...] = (0.0,)  # [s] when each run of the program begins, counted from the first
     standing: Duty = STANDING  # one second of servo on before the program
     air: Ambient = field(default_factory=still_air)  # from the first duty of ``before`` on
+    step_at: Mapping[float, str] = field(default_factory=dict)  # feed [m/s] to the key of the first step that has it
 
     @property
     def clock(self) -> float:

@@ -282,7 +282,7 @@ def heat(
     publish(folder, {}, place.files(files), run=run)
     lines = [
         *heat_sentences(planned, day, verbose=screen.verbose),
-        *finding_lines(planned.input_findings, verbose=screen.verbose),
+        *finding_lines(day.findings, verbose=screen.verbose),
     ]
     lines.append(f"wrote {', '.join(sorted(files))} to {folder}")
     where = f" in run {int(day.residual.argmax()) + 1}"

@@ -113,7 +113,7 @@ def _plan_findings(planned: Planned) -> Iterator[Finding]:
     job, path, theta, rise = planned.job, planned.path, planned.theta, planned.rise
     time, places, on_part = planned.time, path.target.position, path.rows_on_part()
     driven = DrivenPoses(theta=theta, position=places, rise=rise, directions=planned.motion, contact=path.contact)
-    hot = extrapolations(job.cell.heat, job.duties_before(), job.feed, time[-1], rise)
+    hot = extrapolations(job.cell.heat, job.duties_before(), job.feed, time[-1], rise, job.history.step_at)
     yield from [
         *(Finding.of(Code.THERMAL_BOX, text) for text in hot),
         *map_findings(job.sources, places[on_part], on_part),

@@ -5,12 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, owns
+from compgen.core.finding_codes import Code
+from compgen.core.findings import Finding
 from compgen.job.job import Job
 from compgen.job.uncertainty import is_taught_with
 from compgen.pipelines.study.geometry import band_at_samples, displacement, plan_geometry, some_samples
 from compgen.pipelines.uncertainty.not_known import WorkSetting, setting_of
 from compgen.thermal import Duty, rise_history
 from compgen.thermal.ensemble import Start, duties_before, mean_rises
+from compgen.thermal.model import extrapolations
 from compgen.verification.band import Band
 
 POINTS = 2000
@@ -31,6 +34,7 @@ class Timeline:
     residual: Array  # (R,) [m] what one file leaves in each: for the first run, or for the job's starts
     setting: WorkSetting  # that the program works in
     band: tuple[Band, Band]  # what the files leave open in the first run, and in the one that errs most
+    findings: tuple[Finding, ...]  # of the files, and where the day leaves what was measured
 
 
 def timeline(job: Job) -> Timeline:
@@ -61,6 +65,7 @@ def timeline(job: Job) -> Timeline:
         band_at_samples(job, geometry, replace(history, before=duties_before(history, Start(n))), run_rise[n])
         for n in (0, int(np.argmax(largest)))
     ]
+    hot = extrapolations(job.cell.heat, duties, job.feed, 0.0, rise, history.step_at, "the day's end")
     return Timeline(
         time=time,
         rise=rise,
@@ -77,4 +82,5 @@ def timeline(job: Job) -> Timeline:
             is_tool_taught=is_taught_with(job.tool.pose, job.frame, job.cell),
         ),
         band=(bands[0], bands[1]),
+        findings=(*(Finding.of(Code.THERMAL_BOX, text) for text in hot), *job.input_findings),
     )
