@@ -38,10 +38,9 @@ def _tables(
 ) -> list[tuple[Array | IntArray | None, int]]:
     """What stands behind the number in some rows of the table, and with how many decimals; None: no correction.
 
-    Times are by the clock of the written text, joints as commanded.
+    Times are by the clock of the written text, joints those of its positions.
     """
-    path, theta = planned.path, planned.theta if corrected is None else corrected.solution.theta
-    written = planned.written() if corrected is None else corrected.written
+    path, written = planned.path, planned.written() if corrected is None else corrected.written
     return [
         (written.time[rows, None], 6),
         (path.target.position[rows] / MM, 6),
@@ -49,7 +48,7 @@ def _tables(
         (at_waypoints(corrected, rows) / UM if corrected else None, 4),
         (planned.rise[rows], 5),
         (path.contact[rows, None].astype(np.int64), 0),
-        (planned.job.robot.to_pendant(theta[rows]) / DEG, 6),
+        (planned.job.robot.to_pendant(written.theta[rows]) / DEG, 6),
         (band.half_widths(path, rows) / UM, 2),
     ]
 
@@ -58,7 +57,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
     """Target, error before and after, rises, contact, commanded pendant angles, and the band.
 
     ``before`` is the prediction at the planned joints; ``after`` is what the twin did with the written text. Without a
-    correction the ``after`` columns are empty and the joints are the planned ones.
+    correction the ``after`` columns are empty, and the joints are those of the text that is not corrected.
     """
     band = job_band(planned, corrected)
 

@@ -1,4 +1,4 @@
-"""When a written program passes its positions, how much of it runs at feed, and what it asks of the joints.
+"""When a written program passes its positions and with which joints, how much runs at feed, what joints are asked.
 
 It is read from the text by the twin's clock. On the line to position n, asked for v_n (the written speed, or what
 its run between two stops reaches where that is too short), the joints turn with
@@ -24,11 +24,12 @@ AT_FEED = 1e-9  # relative
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-@owns(time=("N",), use=(2, 6))
+@owns(time=("N",), theta=("N", 6), use=(2, 6))
 class WrittenMotion:
     """The motion of a text of N positions."""
 
     time: Array  # (N,) [s] when each position is passed
+    theta: Array  # (N, 6) [rad] of the positions as they are written
     at_feed: float  # share of the length that is driven at feed
     use: Array  # (2, 6) largest share of each joint's speed and acceleration limit
     as_written: float  # [s] duration of the lines as they are
@@ -73,6 +74,7 @@ def read_motion(
     effect = None if touching is None else motion_effect(prepared, touching)
     return WrittenMotion(
         time=frozen(prepared.timing.time),
+        theta=frozen(prepared.theta),
         at_feed=at_feed,
         use=frozen(use),
         as_written=as_written,

@@ -13,6 +13,8 @@ import threading
 from importlib import import_module
 from operator import attrgetter
 
+import naive_arm
+import naive_ls
 import numpy as np
 import pytest
 from changed import changed
@@ -28,6 +30,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.report.notebook.arguments import first_difference, require_unchanged
 from compgen.report.notebook.machine import machine
 
+CSV_MM = 1e-4  # of six decimals of a degree, and of the constants of two arms
 HALF_A_DIGIT = 0.00501  # of micrometres in a file, which have two decimals
 LINE, CIRCLE = path_file("line_y"), path_file("circle_1300")
 STRANGER = b"""/PROG  PART
@@ -207,6 +210,31 @@ def test_arrays_are_those_of_the_table_of_waypoints(generated):
     assert np.array_equal(generated.contact[:, None], column("contact"))
     assert_allclose(generated.correction[:, :3], -generated.error[:, :3], atol=2 * UM)
     assert 0 < generated.start_window < 1e5
+
+
+@pytest.mark.parametrize("moves", ["lines", "arcs"])
+def test_joints_and_correction_are_those_of_the_text_where_lines_stand_off_a_curve(moves):
+    """At a chord of 200 um they were those of the target: the arm at j1 to j6 stood 189 um from X, Y, Z of its P[n]."""
+    wide = {"process.chord_um": 200, "path.diameter_mm": 60, "bounds.max_um": 300, "bounds.normal_um": 300}
+    result = compgen.generate(compgen.load_job(CIRCLE, overrides={**wide, "process.moves": moves}))
+    positions = naive_ls.read(result.text)[0]
+    text = np.array([[positions[n].groups[1].axes[a] for a in "XYZ"] for n in sorted(positions)])
+    rows = csv.DictReader(io.StringIO(result.files()["waypoints.csv"].decode()))
+    joints = np.radians([[float(row[f"j{i}_deg"]) for i in range(1, 7)] for row in rows])
+    assert_allclose(naive_arm.frames_at(joints)[-1][:, :3, 3], text, atol=CSV_MM)
+    assert_allclose(result.job.robot.to_pendant(result.theta), joints, atol=1e-6 * DEG)
+    commanded = result.position + result.correction[:, :3]
+    assert_allclose(commanded / MM, text, atol=0.000501)
+    stands_off = np.linalg.norm(text - result.position / MM, axis=1).max()
+    assert stands_off > 0.25 or moves == "arcs"  # 200 um of half a sag beside the error of the warm arm
+
+
+def test_joints_of_a_prediction_are_those_of_its_text():
+    job = compgen.load_job(CIRCLE, overrides={"process.chord_um": 200, "path.diameter_mm": 60})
+    prediction = compgen.predict(job)
+    places = naive_arm.frames_at(job.robot.to_pendant(prediction.theta))[-1][:, :3, 3]
+    off = np.linalg.norm(places - prediction.position / MM, axis=1)
+    assert 0.18 < off.max() < 0.21  # mm: half a sag
 
 
 def test_the_columns_of_a_prediction_are_its_table(prediction):

@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.exceptions import RESULT, refuse_changes
@@ -165,8 +167,8 @@ class Prediction(_OfJob):
 
     @property
     def theta(self) -> Array:
-        """Planned joints, DH angles, (N, 6) [rad]."""
-        return frozen(self.planned.theta)
+        """Joints of the positions as the planned program names them, DH angles, (N, 6) [rad]."""
+        return self.planned.written().theta
 
     def files(self) -> dict[str, bytes]:
         """Name to content of what ``cgen predict`` writes, byte for byte; nothing is written."""
@@ -210,13 +212,18 @@ class GeneratedProgram(_OfJob):
 
     @property
     def correction(self) -> Array:
-        """Commanded against target, (N, 6): [m] in World, rotation vector [rad] in tool axes."""
-        return self.corrected.solution.correction
+        """Commanded against target, (N, 6): [m] in World, rotation vector [rad] in tool axes.
+
+        Lines leave a curve to both sides: the half of their sag by which their ends stand off it is in here.
+        """
+        correction = np.array(self.corrected.solution.correction)
+        correction[:, :3] += self.planned.path.balance
+        return frozen(correction)
 
     @property
     def theta(self) -> Array:
-        """Commanded joints, DH angles, (N, 6) [rad]."""
-        return self.corrected.solution.theta
+        """Joints of the positions as they are written, DH angles, (N, 6) [rad]."""
+        return self.corrected.written.theta
 
     @property
     def start_window(self) -> float:
