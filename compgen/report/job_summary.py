@@ -9,7 +9,7 @@ from compgen.core.arrays import column_extremes, row_norms
 from compgen.core.commands import Command
 from compgen.core.evaluation import kept_with
 from compgen.core.pose import Pose
-from compgen.core.units import DEG, KB, MDEG, MM, MS, UM
+from compgen.core.units import DEG, KB, MDEG, MINUTE, MM, MS, UM
 from compgen.core.version import __version__
 from compgen.job.bounds import Bounds
 from compgen.job.job import Job
@@ -97,10 +97,18 @@ def written_summary(flight: "WrittenFlight", file: str) -> dict[str, Any]:
             "name": flight.program.name,
             "positions": len(flight.program.position),
             "made_as": list(flight.program.remarks),
-            "run": flight.start.run + 1,
-            "delay_s": flight.start.delay,
-            "override_percent": 100 * flight.start.override,
+            **_flown_start(flight),
         },
+    }
+
+
+def _flown_start(flight: "WrittenFlight") -> dict[str, Any]:
+    """The start that was flown; those of a job count from its ``[start]``, whose delay is before the first of them."""
+    start, begin = flight.start, flight.planned.job.inputs["path"].get("start") or {"run": 1, "delay_min": 0.0}
+    return {
+        "run": begin["run"] + start.run,
+        "delay_s": start.delay + (begin["delay_min"] * MINUTE if start.run == 0 else 0.0),
+        "override_percent": 100 * start.override,
     }
 
 

@@ -122,6 +122,33 @@ def test_the_motion_and_the_times_are_those_of_the_text_not_of_the_plan(tmp_path
     assert own["band"]["unknown"] == made["band"]["unknown"]
 
 
+CYCLE = ("--set", 'cycle=[{state="moving", repeat=6, dwell_s=600}]')
+STARTS = ("--set", "compensation.average_over={runs=[1,3], delay_s=[0,600]}")
+
+
+@pytest.mark.parametrize(
+    ("start", "run_number", "delay_s"),
+    [
+        ((), 1, 0),
+        (("start.delay_min=93",), 1, 5580),
+        (("start.run=3",), 3, 0),
+        (("start.run=3", "start.delay_min=2"), 3, 120),
+    ],
+)
+def test_the_start_that_is_flown_is_named_as_the_day_has_it(line, start, run_number, delay_s):
+    """The job's starts count from its [start]: the first run, at once, was said of each."""
+    _, record = report(LINE, line, *CYCLE, *(word for item in start for word in ("--set", item)))
+    assert (record["written"]["run"], record["written"]["delay_s"]) == (run_number, delay_s)
+
+
+def test_of_starts_that_one_file_serves_the_worst_is_named_as_the_day_has_it(line):
+    """The line is for the first run after a warm-up: of later ones the last, and latest, errs most."""
+    _, one = report(LINE, line, *CYCLE, *STARTS)
+    _, other = report(LINE, line, *CYCLE, *STARTS, "--set", "start.run=2", "--set", "start.delay_min=2")
+    assert (one["written"]["run"], one["written"]["delay_s"]) == (3, 600)
+    assert (other["written"]["run"], other["written"]["delay_s"]) == (4, 600)
+
+
 def test_pages_are_read_through_their_main_program(tmp_path):
     few = ("robot.controller.max_positions=400", "process.page_stops=anywhere", "bounds.max_um=20")
     sets = [word for item in few for word in ("--set", item)]
@@ -131,6 +158,8 @@ def test_pages_are_read_through_their_main_program(tmp_path):
     made = json.loads((program.parent / "report.json").read_text())
     _, record = report(CIRCLE, program, *sets)
     assert record["on_part"]["after"]["total"]["max_um"] == pytest.approx(made["on_part"]["after"]["total"]["max_um"])
+    named = record["written"]["name"], record["written"]["positions"]
+    assert named == ("CIRCLE_1300", made["program"]["positions"]) == (program.stem, made["program"]["positions"])
     refused(run("check", CIRCLE, "--written", pages[0], *sets), 2, pages[0].name, "positions")
     pages[1].unlink()
     refused(run("check", CIRCLE, "--written", program, *sets), 2, program.name, "one of its pages is missing")

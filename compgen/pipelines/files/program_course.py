@@ -83,7 +83,7 @@ def canonical_program(data: bytes, find_program: Callable[[str], bytes | None]) 
     try:
         names = called_pages(data)
         pages = {name: text for name in names if (text := find_program(name.upper())) is not None}
-        return interpret_pages(data, pages)[0] if names else None
+        return replace(interpret_pages(data, pages)[0], name=loads(data).name) if names else None
     except CompgenError:
         return None
 
