@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compgen.core.arrays import column_extremes, row_norms
+from compgen.core.arrays import row_norms
 from compgen.core.commands import Command
 from compgen.core.evaluation import kept_with
 from compgen.core.pose import Pose
@@ -66,7 +66,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "thermal": _thermal(planned, corrected),
         **({} if corrected is None else _of_correction(corrected)),
         **_average_over(job, corrected),
-        "provenance": _provenance(planned, corrected),
+        "provenance": _provenance(job, written),
         "inputs": dict(job.inputs),
     }
 
@@ -187,8 +187,8 @@ def _average_over(job: Job, corrected: Corrected | None) -> dict[str, Any]:
     return {"average_over": ensemble_record(job.ensemble) if averaged is None else averaged_record(averaged)}
 
 
-def _provenance(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
-    job, state = planned.job, planned.job.cell.state
+def _provenance(job: Job, written: WrittenMotion) -> dict[str, Any]:
+    state = job.cell.state
     record = {
         "compgen": __version__,
         **made_from(job),
@@ -197,7 +197,7 @@ def _provenance(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "tool": _numbered_pose(job.tool.number, job.tool.pose),
         "frame": None if job.frame is None else _numbered_pose(job.frame.number, job.frame.register),
         "before": [stretch_record(duty) for duty in job.history.before],
-        "joint_range_deg": _joint_range(planned, corrected),
+        "joint_range_deg": _joint_range(job, written),
     }
     if state is not None:
         record["state"] = {
@@ -288,8 +288,7 @@ def motion_record(effect: MotionEffect | None) -> dict[str, Any] | None:
     }
 
 
-def _joint_range(planned: Planned, corrected: Corrected | None) -> dict[str, list[float]]:
-    robot = planned.job.robot
-    low, high = column_extremes(corrected.solution.theta if corrected else planned.theta)
+def _joint_range(job: Job, written: WrittenMotion) -> dict[str, list[float]]:
+    robot, (low, high) = job.robot, written.joint_range
     ends = np.sort([robot.as_quoted(low), robot.as_quoted(high)], axis=0).T
     return dict(zip(robot.joint_names, (ends / DEG).tolist(), strict=True))

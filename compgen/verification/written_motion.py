@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, frozen, owns
+from compgen.core.arrays import Array, BoolArray, column_extremes, frozen, owns
 from compgen.verification.motion_effect import MotionEffect, motion_effect
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.twin.timing import SAME_POSITION
@@ -24,12 +24,13 @@ AT_FEED = 1e-9  # relative
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-@owns(time=("N",), theta=("N", 6), use=(2, 6))
+@owns(time=("N",), theta=("N", 6), joint_range=(2, 6), use=(2, 6))
 class WrittenMotion:
     """The motion of a text of N positions."""
 
     time: Array  # (N,) [s] when each position is passed
     theta: Array  # (N, 6) [rad] of the positions as they are written
+    joint_range: Array  # (2, 6) [rad] least and largest of each joint on the way, on arcs too
     at_feed: float  # share of the length that is driven at feed
     use: Array  # (2, 6) largest share of each joint's speed and acceleration limit
     as_written: float  # [s] duration of the lines as they are
@@ -75,6 +76,7 @@ def read_motion(
     return WrittenMotion(
         time=frozen(prepared.timing.time),
         theta=frozen(prepared.theta),
+        joint_range=np.stack(column_extremes(prepared.chord_theta)),
         at_feed=at_feed,
         use=frozen(use),
         as_written=as_written,

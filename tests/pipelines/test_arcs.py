@@ -1,5 +1,6 @@
 """process.moves = "arcs": fewer positions for the same promise, proven from the text and by a circle of our own."""
 
+import naive_arm
 import naive_ls
 import numpy as np
 import pytest
@@ -108,6 +109,17 @@ def test_rows_of_the_report_are_positions_of_the_text(both):
     assert record["arcs"] == int(corrected.program.via.sum())
     ends = np.diff(corrected.deviation.arc[corrected.samples])
     assert_allclose(ends, np.diff(planned.path.arc), atol=1e-12)
+
+
+def test_the_range_of_the_joints_is_of_the_way_not_of_the_few_positions(both):
+    """By Newton's method at the many positions of the same path in lines; of a circle J1 was 0.03 deg short."""
+    positions = naive_ls.read(both["lines"][1].text)[0]
+    axes = np.array([[positions[n].groups[1].axes[a] for a in "XYZWPR"] for n in sorted(positions)])
+    joints = np.degrees(naive_arm.pendant_angles(axes[:, :3], naive_arm.rotation(*np.radians(axes[:, 3:].T))))
+    for result in both.values():
+        ranges = job_summary(*result)["provenance"]["joint_range_deg"]
+        told = np.array([ranges[f"J{i}"] for i in (1, 2)])
+        assert_allclose(told, np.column_stack([joints.min(axis=0), joints.max(axis=0)])[:2], atol=0.005)
 
 
 def test_both_say_the_same_correction():
