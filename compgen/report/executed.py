@@ -128,8 +128,9 @@ def _times(run: ExecutedRun) -> dict[str, Any]:
             {
                 "at_s": s.time,
                 "at": run.course.point_name(s.arc),
-                "stood_s": s.duration + s.planned,
+                "stood_s": s.stood,
                 "planned_s": s.planned,
+                "beyond_s": s.beyond,
                 "program_stops": s.at_stop,
             }
             for s in clock.stands

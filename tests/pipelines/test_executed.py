@@ -122,7 +122,26 @@ def test_a_program_of_others_is_judged_on_its_lines_and_arcs(tmp_path, robot):
     assert run.deviation.extents["total"].max < 8e-6
     (stand,) = [s for s in run.clock.stands if s.planned]
     assert stand.planned == pytest.approx(1.5)
-    assert stand.duration == pytest.approx(0.0, abs=0.15)
+    assert stand.beyond == pytest.approx(0.0, abs=0.15)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-6])
+@pytest.mark.parametrize("ramp", [0.04, 0.6])
+def test_a_stand_is_as_long_as_rows_rest_whatever_ramps_were_assumed(tmp_path, robot, ramp, noise):
+    """Of rows that rest for 1.52 and 0.90 s 1.11 and 0.50 were said: the stop's cost beyond the assumed ramps."""
+    places = np.array([(1000, 0, 100), (1300, 0, 100), (1300, 250, 100), (1000, 250, 150), (1000, 0, 100)])
+    points = [ls_text.cartesian(n, (*place, 180.0, 0.0, 0.0)) for n, place in enumerate(places, 1)]
+    moves = [f"L P[{n}] {speed}mm/sec FINE" for n, speed in enumerate((100, 100, 50, 120, 80), 1)]
+    content = ls_text.program([*moves[:2], "WAIT   1.50(sec)", *moves[2:]], points)
+    course = course_of_text(content, robot, default_frames())
+    run = logs.Run(ramp=ramp, override=0.7, wait={1: 1.5, 3: 0.9})
+    time, place, turn, _ = logs.log_rows(course, run, logs.Logger(noise=noise, offset=37.5))
+    stands = judged(tmp_path, robot, content, logs.csv(time, place, turn)).clock.stands
+    assert [(stand.planned, stand.at_stop) for stand in stands] == [(1.5, True), (0.0, True)]
+    for stand, stop in zip(stands, places[[1, 3]], strict=True):
+        rest = time[np.linalg.norm(place * 1e3 - stop, axis=1) < 0.02]
+        assert stand.time == pytest.approx(rest[0], abs=0.03)
+        assert stand.stood == pytest.approx(np.ptp(rest), abs=0.06)
 
 
 @pytest.mark.parametrize("override", [1.0, 0.5])

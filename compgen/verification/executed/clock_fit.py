@@ -17,29 +17,16 @@ from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, norm, own
 from compgen.verification.executed.clock_rates import SAME_RATE, Stretch, Windows, window_rates
 from compgen.verification.executed.course import NODE, STRAIGHT, PlannedRuns, ProgramCourse, planned_runs
 from compgen.verification.executed.overrides import timed_log
+from compgen.verification.executed.stands import Stand, all_at_rest, standing_rows
 
 RAMP_TIME = 0.7  # [s] at both ends of a run that are left out, if its ramps take no more
 SETTLING = 0.3  # [s] beside a ramp, until a smoothed motion is steady
 FEW = 0.3  # of the rows
 RAMPS = 0.25  # of a run's time at its written speeds, that ramps may add where its rate is sure
-STANDING = 0.03  # of the written speed
-LEAST_STAND = 0.12  # s
-STAND_BIN = 0.04  # s
 BEYOND = 0.25  # [s] that a stop costs more than planned, from where the robot is taken to have stood
 NEAR_STOP = 1e-3  # [m] from a stop, where the robot stands at it
 AT_REST = 2e-5  # [m] from the first stop, while the robot still stands there
 CORNER = 0.35  # [s] on each side of a corner, in which it is cut and the way looks slow
-
-
-@dataclass(frozen=True, slots=True)
-class Stand:
-    """Where the robot stood for longer than the program says, or where the program waits."""
-
-    time: float  # [s] log's clock
-    arc: float  # [m]
-    duration: float  # [s] beyond what the plan has for the stop
-    planned: float  # [s] that the program waits there
-    at_stop: bool  # where the program stops; else it was held
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -107,7 +94,8 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     steady = _Steady(
         course=course, clock=clock, time=time, arc=arc, shown=course.at(clock, arc), run=run, inside=inside
     )
-    return _assessed(steady, _pooled(steady, stretches), held, stands, rounded=rounded)
+    still = [all_at_rest(arc, first, last, 8 * noise + 1e-6) for first, last in stands]
+    return _assessed(steady, _pooled(steady, stretches), held, still, rounded=rounded)
 
 
 def _unknown(time: Array, clock: Array, *, rounded: bool) -> ClockFit:
@@ -151,19 +139,6 @@ def chords(course: ProgramCourse, arc: Array) -> tuple[Array, Array]:
     clock = course.at(course.cruise, arc)
     low, high = (np.interp(clock + side, course.cruise, course.arc) for side in (-CORNER, CORNER))
     return high - low, norm(course.place(high) - course.place(low))
-
-
-def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:
-    """First and last row of each time that the robot stands, by bins of a fixed length in time."""
-    width = max(STAND_BIN, 3 * float(np.median(np.diff(time))))
-    edges = np.unique(np.append(np.searchsorted(time, np.arange(time[0], time[-1], width)), len(time) - 1))
-    moved, span = np.abs(np.diff(arc[edges])), np.diff(time[edges])
-    cruise = np.abs(np.diff(course.at(course.cruise, arc[edges])))
-    still = (moved <= 8 * noise + 1e-6) & (cruise <= STANDING * span) | (moved < 1e-6)
-    begins = np.flatnonzero(still & ~np.append(False, still[:-1]))
-    ends = np.flatnonzero(still & ~np.append(still[1:], False)) + 1
-    rows = np.column_stack([edges[begins], edges[ends]])
-    return [(a, b) for a, b in rows.tolist() if time[b] - time[a] >= LEAST_STAND]
 
 
 def _apart(values: Array, least: float) -> Array:
@@ -271,7 +246,7 @@ def _assessed(
     rests = np.array([begin for begin, _ in still], dtype=np.int64)
     seen = np.searchsorted(rests, b) > np.searchsorted(rests, a)  # ramps take longer than planned without a rest
     stood = (between.is_hold | (beyond > BEYOND) & seen | (between.waits > 0)) & between.is_judged
-    stands = [between.stand(k, float(beyond[k])) for k in np.flatnonzero(stood).tolist()]
+    stands = [between.stand(k, float(beyond[k]), still) for k in np.flatnonzero(stood).tolist()]
     edges = [stretches[0].begin, *turns.tolist(), stretches[-1].end]
     first, last = int(rows[0]), int(rows[-1])
     marks = np.interp(np.concatenate([[time[first]], turns, [time[last]]]), time, c)
@@ -309,12 +284,25 @@ class _Between:
         longer = np.diff(self.span)[:, 0] - (planned[self.b] - planned[self.a]) - self.ramps - self.waits
         return float(longer[~self.is_judged].sum())
 
-    def stand(self, k: int, beyond: float) -> Stand:
-        """Where the robot stood in one of them."""
+    def stand(self, k: int, beyond: float, still: list[tuple[int, int]]) -> Stand:
+        """Where the robot stood in one of them, of several stops where it stood longest."""
         course, a, nodes = self.steady.course, self.a[k], slice(self.first[k], self.last[k])
+        time, arc = self.steady.time, self.steady.arc
+        rests = [(begin, end) for begin, end in still if a < begin and end < self.b[k]]
         stops, is_hold = course.arc[nodes][course.rests[nodes]], bool(self.is_hold[k])
-        at = self.held[np.searchsorted(self.held, self.steady.arc[a])] if is_hold or not len(stops) else stops[0]
-        return Stand(float(self.steady.time[a]), float(at), beyond, float(self.waits[k]), not is_hold)
+        at = self.held[np.searchsorted(self.held, arc[a])] if is_hold or not len(stops) else stops[0]
+        if rests and len(stops) and not is_hold:
+            longest = max(rests, key=lambda rest: time[rest[1]] - time[rest[0]])
+            at = stops[nearest_rows(stops, arc[[longest[0]]])[0]]
+        there = [(float(time[x]), float(time[y])) for x, y in rests if abs(arc[x] - at) <= NEAR_STOP]
+        return Stand(
+            time=there[0][0] if there else float(time[a]),
+            arc=float(at),
+            stood=sum(end - begin for begin, end in there),
+            beyond=beyond,
+            planned=float(self.waits[k]),
+            at_stop=not is_hold,
+        )
 
 
 def _begun(steady: _Steady, first: int, rate: float) -> float:
@@ -360,7 +348,10 @@ def _other_stands(
         wait = float(course.wait[stop])
         if not covered and (time[b] - time[a] - wait > BEYOND or wait):
             at_stop = abs(float(course.arc[stop] - arc[a])) <= NEAR_STOP
-            others.append(Stand(float(time[a]), float(arc[a]), float(time[b] - time[a]) - wait, wait, at_stop))
+            begin, stood = float(time[a]), float(time[b] - time[a])
+            others.append(
+                Stand(time=begin, arc=float(arc[a]), stood=stood, beyond=stood - wait, planned=wait, at_stop=at_stop)
+            )
     return sorted([*stands, *others], key=lambda stand: stand.time)
 
 

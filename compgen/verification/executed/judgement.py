@@ -23,6 +23,7 @@ MOST = 0.75  # of the rows on straight ways: those beside corners are fewer
 STRAIGHT = 1e-4  # [m] that a chord is shorter by: smoothing of any length that is known pulls by less than 1 mm there
 LEAST_ROWS = 50
 STOPPED_OFF = 15e-6  # [m] from its stop, where no smoothing is left
+SHORTEST_STAND = 0.05  # [s] that is named
 NAMED = 5  # changes and stands that are named one by one
 STEP_ROWS = 12  # beside a gap, from which speeds are taken
 STEP_SHARE = 0.3  # of the way that the speed beside a gap would have led through it
@@ -285,9 +286,9 @@ def _of_stands(course: ProgramCourse, clock: ClockFit) -> Iterator[Finding]:
 
 def _stood(course: ProgramCourse, clock: ClockFit, *, at_stop: bool) -> str:
     """How long and where the robot stood, at stops of the program or elsewhere; empty where it did not."""
-    stands = [s for s in clock.stands if s.at_stop is at_stop and s.duration + s.planned > 0.05]
+    stands = [s for s in clock.stands if s.at_stop is at_stop and s.stood > SHORTEST_STAND]
     beside = "at" if at_stop else "near"
-    places = [f"{s.duration + s.planned:.2f} s {beside} {course.point_name(s.arc)}" for s in stands]
+    places = [f"{s.stood:.2f} s {beside} {course.point_name(s.arc)}" for s in stands]
     return _named(places, "times") if places else ""
 
 
