@@ -26,6 +26,7 @@ from typing import Any
 
 from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
+from compgen.core.unique_rows import grouped
 from compgen.core.units import DEG, MM
 
 
@@ -109,11 +110,11 @@ def values_in_other_units(data: Mapping[str, Any], file: str) -> tuple[Finding, 
     values = list(_numbers_in(data, "", ""))
     findings: dict[str, Finding] = {}
     for rule in _RULES:
-        groups: dict[str, list[tuple[str, float]]] = {}
-        for key, plain, value in values:
-            if re.fullmatch(rule.keys, plain):
-                table_or_list = re.sub(r"(\.\d+)+$|\.\w+$", "", key)
-                groups.setdefault(table_or_list if rule.together else key, []).append((key, value))
+        groups = grouped(
+            (re.sub(r"(\.\d+)+$|\.\w+$", "", key) if rule.together else key, (key, value))  # its table or list
+            for key, plain, value in values
+            if re.fullmatch(rule.keys, plain)
+        )
         for group in groups.values():
             key, value = max(group, key=lambda pair: abs(pair[1]))
             if 0 < abs(value) < rule.least or abs(value) > rule.most:
