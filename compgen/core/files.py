@@ -82,11 +82,7 @@ def near_file(file: Path, *folders: str) -> str | None:
     """
     stems: dict[str, str] = {}
     for place in dict.fromkeys([file.parent, *map(Path, folders)]):
-        try:
-            names = sorted(os.listdir(place))
-        except (OSError, ValueError):
-            continue
-        for name in names:
+        for name in _names_in(place):
             stem, ending = os.path.splitext(name)
             if ending and file.suffix.lower() in ("", ending.lower()) and (place / name).is_file():
                 stems.setdefault(stem.lower(), str(place / name))
@@ -98,9 +94,14 @@ def near_file(file: Path, *folders: str) -> str | None:
 
 def _other_ending(file: Path) -> str | None:
     """A file of the same stem with an ending that is spelt nearly so."""
-    try:
-        names = sorted(name for name in os.listdir(file.parent) if os.path.splitext(name)[0] == file.stem)
-    except (OSError, ValueError):
-        return None
+    names = [name for name in _names_in(file.parent) if os.path.splitext(name)[0] == file.stem]
     near = get_close_matches(file.name, names, 1, _CLOSE)
     return str(file.with_name(near[0])) if near else None
+
+
+def _names_in(folder: Path) -> list[str]:
+    """The names in a folder; none where it is not there or cannot be read."""
+    try:
+        return sorted(os.listdir(folder))
+    except (OSError, ValueError):
+        return []

@@ -50,8 +50,6 @@ OF_EVERY_JOB = frozenset({
 
 def printable(text: str) -> str:
     """A text whose characters that control a terminal or a page, or are no letters, stand as escapes."""
-    if text.isprintable():
-        return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 

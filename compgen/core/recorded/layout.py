@@ -94,11 +94,6 @@ class Layout(NamedTuple):
         line = f"line {self.line}" if self.line else f"line {self.body[0][0]}: no header above it"
         return InputError(f"{self.place}: {line}: {what}{listed[: 213 - len(what)]}")
 
-    def both(self, columns: Sequence[int], are: str, key: str, otherwise: str) -> InputError:
-        """A refusal of two columns where one is wanted."""
-        mend = self.mend(f'columns = {{ {key} = "#{columns[0] + 1}" }}', otherwise)
-        return self.refuse(f"columns {columns[0] + 1} and {columns[1] + 1} {are}; {mend}")
-
     def unsure(self, columns: Mapping[str, Sequence[int]]) -> InputError:
         """A refusal of columns that stand in the file twice, or as what they shall be or were measured to be."""
         column, own = next(iter(columns.items()))

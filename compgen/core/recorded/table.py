@@ -230,7 +230,8 @@ def _times(layout: Layout) -> list[int]:
     several = next((some for some in (both, dates, clocks) if len(some) > 1), [])
     if several:
         key = f'date = "#{dates[0] + 1}", time' if dates and several is clocks else "time"
-        raise layout.both(several, "both hold times", key, "keep one")
+        mend = layout.mend(f'columns = {{ {key} = "#{several[0] + 1}" }}', "keep one")
+        raise layout.refuse(f"columns {several[0] + 1} and {several[1] + 1} both hold times; {mend}")
     return both or dates + clocks
 
 
