@@ -178,17 +178,6 @@ def _pose_variance(data: Measurements, fitted: Fit) -> tuple[float, float]:
     return (fitted.noise**2, 0.0) if noise is None else (noise.rho * noise.variance, noise.spread * noise.variance)
 
 
-def _shared_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -> tuple[float, float] | None:
-    """rho, no less than nothing, and s^2 [m^2], from residuals (N, 3) of some rows; None where they do not tell.
-
-    ``known`` is how many parameters the rows have told.
-    """
-    noise = pose_noise(data, z, rows, known)
-    if noise is None:
-        return None
-    return mean_if_not_negative(noise.rho, noise.spread), noise.variance
-
-
 def mean_if_not_negative(value: float, sigma: float) -> float:
     r"""Mean of what was found as value +- sigma, given that it is not below nothing.
 
@@ -253,16 +242,16 @@ def _forecasts(model: ArmModel, data: Measurements, fitted: Fit) -> list[_Foreca
             continue
         rho, known = scales.rho, problem.solve(problem.equations(before))
         places = before & ~fitted.outlier & (data.kind == PLACE)
-        shared = _shared_noise(data, problem.left(known.x), places, float(known.gamma.sum()))
-        if shared is not None and abs(shared[0] - rho) > SETTLED * (1 + rho):
-            rho = shared[0]  # the noise that poses had until then
-            known = problem.solve(problem.equations(before, rho))
+        noise = pose_noise(data, problem.left(known.x), places, float(known.gamma.sum()))
+        until_then = rho if noise is None else mean_if_not_negative(noise.rho, noise.spread)
+        if abs(until_then - rho) > SETTLED * (1 + rho):
+            rho, known = until_then, problem.solve(problem.equations(before, until_then))
         A, pose, kind = problem.linear.A[rows], data.pose[rows], data.kind[rows]
         flat = A.reshape(-1, A.shape[2])
         together = (pose[:, None] == pose) & (kind[:, None] == PLACE) & (kind == PLACE)
-        noise = np.sqrt(np.outer(scales.noise[kind], scales.noise[kind]))
-        noise *= np.diag(data.sigma[rows] ** 2) + rho * together
-        covariance = flat @ known.covariance @ flat.T + np.kron(noise, np.eye(3))
+        of_rows = np.sqrt(np.outer(scales.noise[kind], scales.noise[kind]))
+        of_rows *= np.diag(data.sigma[rows] ** 2) + rho * together
+        covariance = flat @ known.covariance @ flat.T + np.kron(of_rows, np.eye(3))
         result.append(_Forecast(pose, A.any(axis=2), problem.left(known.x, rows), covariance))
     return result
 
