@@ -54,11 +54,8 @@ class FitUnknowns:
     @property
     def size(self) -> int:
         """How many there are, D."""
-        return self._begin_of_turns + (3 * self.reflectors if self.oriented else 0)
-
-    @property
-    def _begin_of_turns(self) -> int:
-        return self.parameters + 6 * self.instruments + 3 * (self.reflectors + self.places)
+        triples = self.reflectors + self.places + (self.reflectors if self.oriented else 0)
+        return self.parameters + 6 * self.instruments + 3 * triples
 
     def frame(self, i: int) -> slice:
         """Turn and origin of an instrument's frame."""
@@ -70,14 +67,12 @@ class FitUnknowns:
         return slice(begin, begin + 3)
 
     def place(self, s: int) -> slice:
-        """A fixed place in its frame."""
-        begin = self.parameters + 6 * self.instruments + 3 * (self.reflectors + s)
-        return slice(begin, begin + 3)
+        """A fixed place in its frame; they stand behind the reflectors."""
+        return self.reflector(self.reflectors + s)
 
     def turn(self, r: int) -> slice:
-        """The axes of a reflector."""
-        begin = self._begin_of_turns + 3 * r
-        return slice(begin, begin + 3)
+        """The axes of a reflector; they stand behind the places."""
+        return self.place(self.places + r)
 
 
 def fit_unknowns(data: Measurements, active: BoolArray) -> FitUnknowns:
@@ -125,9 +120,8 @@ def linearise(
         A[rows, :, turn + 3 : turn + 6] = np.eye(3)
     delta = frames.far_ends(data, P, R) - rotated - frames.origin_of(data.instrument)
     z, A = _with_far_ends(data, arm, delta, A)
-    measured = np.isfinite(z)
-    if not measured.all():  # coordinates that were not measured carry no weight
-        z, A = np.where(measured, z, 0.0), A * measured[:, :, None]
+    measured = np.isfinite(z)  # coordinates that were not carry no weight
+    z, A = np.where(measured, z, 0.0), A * measured[:, :, None]
     turns, B = _linearise_orientations(data, unknowns, R, dR, frames, reflector_rotation, oriented)
     known, of_places = data.fixed.prior_rows(frames.place)
     C = np.zeros((len(known), unknowns.size))
@@ -201,8 +195,6 @@ def _linearise_orientations(
 ) -> tuple[Array, Array]:
     """Residuals and Jacobian of the orientations, in the reflector's own axes."""
     B = np.zeros((len(oriented), 3, unknowns.size))
-    if not len(oriented):
-        return np.zeros((0, 3)), B
     pose, inst, refl = data.pose[oriented], data.instrument[oriented], data.reflector[oriented]
     S = R[pose] @ reflector_rotation[refl]
     predicted = frames.rotation[inst] @ S
