@@ -109,15 +109,12 @@ def richest_of_the_best(foretold: Sequence[CrossValidation]) -> int:
 
 def confidence_interval(values: Array, block: IntArray) -> tuple[float, float]:
     """95 % confidence interval of the mean of values, (N,), from the spread of the means of their blocks."""
-    means, sizes = [], []
-    for b in np.unique(block):
-        inside = values[(block == b) & np.isfinite(values)]
-        if len(inside):
-            means.append(float(inside.mean()))
-            sizes.append(len(inside))
-    if len(means) < 2:
+    known = np.isfinite(values)
+    of_blocks = [values[known & (block == b)] for b in np.unique(block[known])]
+    if len(of_blocks) < 2:
         return float("-inf"), float("inf")
-    weights = np.array(sizes) / sum(sizes)
-    centre = float(weights @ np.array(means))
-    spread = np.sqrt(float((weights**2) @ (np.array(means) - centre) ** 2) * len(means) / (len(means) - 1))
+    means = np.array([inside.mean() for inside in of_blocks])
+    weights = np.array([len(inside) for inside in of_blocks]) / known.sum()
+    centre = float(weights @ means)
+    spread = np.sqrt(float((weights**2) @ (means - centre) ** 2) * len(means) / (len(means) - 1))
     return centre - 1.96 * spread, centre + 1.96 * spread

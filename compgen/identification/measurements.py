@@ -260,13 +260,11 @@ def _stacked_sigmas(files: list[Measurements], stated: Array) -> Array:
 
 def _stacked_guesses(files: list[Measurements], reflector: list[IntArray], count: int) -> Array | None:
     """Where all reflectors roughly are, by what any file says."""
-    if all(p.guess is None for p in files):
-        return None
+    given = [(number, p.guess) for p, number in zip(files, reflector, strict=True) if p.guess is not None]
     guess = np.full((count, 3), np.nan)
-    for p, number in zip(files, reflector, strict=True):
-        if p.guess is not None:
-            guess[number] = p.guess
-    return guess
+    for number, place in given:
+        guess[number] = place
+    return guess if given else None
 
 
 def _stack_shifted(files: list[Measurements]) -> Array | None:

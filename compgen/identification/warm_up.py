@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
@@ -192,16 +193,15 @@ def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> 
     """Pairs of sensors whose rises stand in the opposite proportion to the robot file's; air warmer than the arm."""
     highest = {n: float(np.nanquantile(v, 0.95)) for n, v in rises.readings.items()}
     expected = {n: float(heat.reference_rise[heat.names.index(n)]) for n in highest}
-    for a in highest:
-        for b in highest:
-            opposite = expected[a] >= SWAPPED * expected[b] and highest[b] >= SWAPPED * highest[a]
-            if opposite and highest[b] > USED:
-                yield Finding.of(
-                    Code.LOG_SWAPPED,
-                    f"{log.table.source}: are {log.column[a]} and {log.column[b]} swapped? they rise by "
-                    f"{highest[a]:.1f} and {highest[b]:.1f} K, where the robot file expects {expected[a]:g} to "
-                    f"{expected[b]:g}",
-                )
+    for a, b in permutations(highest, 2):
+        opposite = expected[a] >= SWAPPED * expected[b] and highest[b] >= SWAPPED * highest[a]
+        if opposite and highest[b] > USED:
+            yield Finding.of(
+                Code.LOG_SWAPPED,
+                f"{log.table.source}: are {log.column[a]} and {log.column[b]} swapped? they rise by "
+                f"{highest[a]:.1f} and {highest[b]:.1f} K, where the robot file expects {expected[a]:g} to "
+                f"{expected[b]:g}",
+            )
     if log.ambient is None or (air := float(np.ptp(log.ambient))) <= AIR:
         return
     hottest = max(expected.values()) / SWAPPED
