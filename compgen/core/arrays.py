@@ -145,6 +145,18 @@ def numbered(counts: IntArray) -> tuple[IntArray, IntArray]:
     return group, np.arange(len(group)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
+def exchanged(count: int, a: int, b: int) -> IntArray:
+    """The numbers below a count with two of them in each other's place, (count,)."""
+    order = np.arange(count)
+    order[[a, b]] = b, a
+    return order
+
+
+def thinned(rows: IntArray, most: int) -> IntArray:
+    """Rows evenly left out until there are fewer than twice as many as asked for, (N,)."""
+    return rows[:: max(1, len(rows) // most)]
+
+
 def first_true(rows: BoolArray) -> int | None:
     """The first row that is true, (N,); None where none is."""
     return int(np.argmax(rows)) if rows.any() else None

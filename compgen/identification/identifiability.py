@@ -118,13 +118,11 @@ def largest_moves(model: ArmModel, fitted: Fit) -> Array:
     Jacobian. Valid to first order about the fit.
     """
     K = int(fitted.active.sum())
-    if not K:
-        return np.zeros(0)
     A = fitted.linear.A.reshape(-1, fitted.linear.A.shape[2])
     columns = A[:, :K] * (fitted.p / model.prior)[fitted.active]
     basis = np.linalg.qr(A[:, K:])[0]
     left = columns - basis @ (basis.T @ columns)
-    return np.asarray(np.linalg.norm(left.reshape(-1, 3, K), axis=1).max(axis=0))
+    return np.asarray(np.linalg.norm(left.reshape(len(fitted.linear.A), 3, K), axis=1).max(axis=0))
 
 
 def taught_sigma(model: ArmModel, fitted: Fit, nodes: int, limits: Array) -> float:
@@ -170,11 +168,8 @@ def unseen_directions(model: ArmModel, data: Measurements, fitted: Fit) -> list[
     """Directions of zeros and lengths that no row sees, each by the names of its parameters."""
     index = np.flatnonzero(fitted.active)
     columns = [n for n, k in enumerate(index.tolist()) if model.parameters[k].source in GEOMETRY]
-    if not columns:
-        return []
-    K = len(index)
     rows = scaled_rows(data, fitted)
-    S = _freed(rows[:, columns], rows[:, K:])
+    S = _freed(rows[:, columns], rows[:, len(index) :])
     values, vectors = np.linalg.eigh(S.T @ S)
     unseen = _simplest(vectors[:, values < UNSEEN**2])
     names = [model.parameters[index[n]].name for n in columns]

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, exchanged
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.units import MINUTE
@@ -62,9 +62,8 @@ def moved_clocks(data: Measurements) -> Iterator[tuple[Array, str]]:
 def exchanged_sensors(data: Measurements, nodes: Sequence[str]) -> Iterator[tuple[Array, str]]:
     """Rises (M, K) [K] by the log with two of its columns exchanged, and each in words."""
     for i, j in combinations([k for k in range(len(nodes)) if k not in data.modelled], 2):
-        exchanged = data.rise.copy()
-        exchanged[:, [i, j]] = data.rise[:, [j, i]]
-        yield exchanged, f"with {nodes[i]}_degC and {nodes[j]}_degC exchanged: are the two sensors swapped?"
+        rise = data.rise[:, exchanged(len(nodes), i, j)]
+        yield rise, f"with {nodes[i]}_degC and {nodes[j]}_degC exchanged: are the two sensors swapped?"
 
 
 def log_evidence(model: ArmModel, data: Measurements, fitted: Fit) -> float:

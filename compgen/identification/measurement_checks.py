@@ -18,7 +18,7 @@ from itertools import combinations
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, exchanged
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.instrument_frames import InstrumentFrames, initial_frames, measured_distance
@@ -249,10 +249,8 @@ def _check_exchanged(model: ArmModel, rows: Measurements, frames: InstrumentFram
         return
     names = rows.fixed.names
     for a, b in combinations(range(len(names)), 2):
-        order = np.arange(len(names))
-        order[[a, b]] = b, a
-        exchanged = replace(rows, ends=replace(rows.ends, place=order[rows.ends.place]))
-        if _median_distance(model, exchanged, rows.theta, 1.0, frames) < distance / BETTER:
+        renamed = replace(rows, ends=replace(rows.ends, place=exchanged(len(names), a, b)[rows.ends.place]))
+        if _median_distance(model, renamed, rows.theta, 1.0, frames) < distance / BETTER:
             raise InputError(
                 f"{rows.file()}: the touches fit where '{names[a]}' and '{names[b]}' are exchanged; mend them"
             )
@@ -353,12 +351,11 @@ def readings(coupling: int) -> list[JointReading]:
         alone = unit - 2 * np.diag(unit[1])
         alone[2, 1] = 2.0 * coupling
         signs.insert(2, JointReading(f"{signs[1].words}, and J3 as it is against the horizontal", alone, still))
-    exchanged = []
-    for i, j in ((0, 1), (1, 2), (3, 4), (4, 5), (3, 5)):
-        order = list(range(6))
-        order[i], order[j] = j, i
-        exchanged.append(JointReading(f"J{i + 1} and J{j + 1} fit exchanged", unit[order], still))
-    return [*signs, *coupled, *turned, *exchanged]
+    swapped = [
+        JointReading(f"J{i + 1} and J{j + 1} fit exchanged", unit[exchanged(6, i, j)], still)
+        for i, j in ((0, 1), (1, 2), (3, 4), (4, 5), (3, 5))
+    ]
+    return [*signs, *coupled, *turned, *swapped]
 
 
 def better_reading(

@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, owns, rms
+from compgen.core.arrays import Array, BoolArray, IntArray, exchanged, owns, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix
@@ -224,9 +224,7 @@ def _misfit(artefact: Artefact, touches: Touches, model: ArmModel, data: Measure
     missed = f"{touches.file}: the touches miss the spheres by {left / MM:.1f} mm (rms)"
     position, rotation = model.pose(data, np.zeros(0))
     for i, j in combinations(range(len(artefact.names)), 2):
-        order = np.arange(len(artefact.names))
-        order[[i, j]] = j, i
-        renamed = replace(touches, target=order[touches.target])
+        renamed = replace(touches, target=exchanged(len(artefact.names), i, j)[touches.target])
         rows = touches_of_part(artefact, renamed, data.direction, data.rise.shape[1])
         distance = measured_distance(initial_frames(rows, position, rotation), rows, position, rotation)
         if rms(distance) <= min(MISFIT, left / 2):
