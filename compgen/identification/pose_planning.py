@@ -102,7 +102,7 @@ def plan_reversals(robot: Robot, model: ArmModel, nodes: int, site: Site, plan: 
         steps = np.zeros((len(offsets), 6))
         steps[:, joint] = offsets
         ahead = plan.theta + REVERSAL_STEPS[0] * np.eye(6)[joint]
-        moved = _reflectors(model, nodes, site, ahead) - _reflectors(model, nodes, site, plan.theta)
+        moved = _reflectors(model, nodes, site, ahead)[0] - _reflectors(model, nodes, site, plan.theta)[0]
         lever = np.linalg.norm(moved, axis=2)  # (n, R)
         for m in np.argsort(-lever.max(axis=1), kind="stable"):
             poses = plan.theta[m] + steps
@@ -113,10 +113,10 @@ def plan_reversals(robot: Robot, model: ArmModel, nodes: int, site: Site, plan: 
     return runs
 
 
-def _reflectors(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
-    """Where the reflectors are at poses, (M, R, 3) [m]."""
+def _reflectors(model: ArmModel, nodes: int, site: Site, theta: Array) -> tuple[Array, Array]:
+    """Where the reflectors are at poses, (M, R, 3) [m], and the flange's axis there, (M, 3)."""
     position, rotation = model.pose(_measurements(theta, nodes, site), np.zeros(len(model.parameters)))
-    return np.asarray(position[:, None] + np.einsum("nij,rj->nri", rotation, site.reflector))
+    return position[:, None] + np.einsum("nij,rj->nri", rotation, site.reflector), rotation[:, :, 2]
 
 
 def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, count: int) -> Array:
@@ -144,13 +144,11 @@ def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, coun
 
 def visible_poses(model: ArmModel, nodes: int, site: Site, theta: Array) -> BoolArray:
     """Which poses have all reflectors in the box and facing the instrument, (M,)."""
-    position_of_reflector = _reflectors(model, nodes, site, theta)
-    _, rotation = model.pose(_measurements(theta, nodes, site), np.zeros(len(model.parameters)))
-    visible = ((position_of_reflector >= site.box[0]) & (position_of_reflector <= site.box[1])).all(axis=(1, 2))
+    position, axis = _reflectors(model, nodes, site, theta)
+    visible = ((position >= site.box[0]) & (position <= site.box[1])).all(axis=(1, 2))
     if site.instrument is not None:
-        line_of_sight = site.instrument - position_of_reflector
+        line_of_sight = site.instrument - position
         line_of_sight /= np.linalg.norm(line_of_sight, axis=2, keepdims=True)
-        axis = rotation[:, :, 2]
         visible &= (np.einsum("nri,ni->nr", line_of_sight, axis) >= np.cos(site.view)).all(axis=1)
     return np.asarray(visible)
 

@@ -26,7 +26,7 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 MOST = 20_000  # ways that are looked at; of more, as many of each target, at random
-TILTS = (0.0, 30 * DEG, 55 * DEG)  # of the stem from the vertical
+TILTS = (30 * DEG, 55 * DEG)  # of the stem from the vertical, beside none
 AZIMUTHS = 6  # to which it is tilted
 SPINS = 6  # of the flange about the stem
 RINGS = ((0.0, 8), (45 * DEG, 8), (90 * DEG, 1))  # elevation of touched points, and how many lie around
@@ -139,9 +139,7 @@ def _orientations() -> Array:
     """Rotations of the flange, its z downward and tilted to all sides, (O, 3, 3)."""
     down = rotation_matrix(np.array([np.pi, 0.0, 0.0]))
     rotations = []
-    for tilt, azimuth in product(TILTS, 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS):
-        if tilt == 0 and azimuth > 0:
-            continue
+    for tilt, azimuth in [(0.0, 0.0), *product(TILTS, 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS)]:
         lean = rotation_matrix(tilt * np.array([-np.sin(azimuth), np.cos(azimuth), 0.0]))
         spins = 2 * np.pi * np.arange(SPINS) / SPINS
         rotations += [lean @ down @ rotation_matrix(np.array([0.0, 0.0, spin])) for spin in spins]

@@ -118,12 +118,11 @@ def _fixes_a_frame(place: Array) -> bool:
 def _check_located(touches: Touches, artefact: Artefact, touched: IntArray, sided: BoolArray) -> None:
     for s in touched.tolist():
         rows = touches.target == s
-        if (~sided[rows]).any() or rows.sum() > 3:
-            continue
-        raise InputError(
-            f"{touches.file}: sphere '{artefact.names[s]}' stands anywhere and is touched from {int(rows.sum())} "
-            "side(s), which hardly locate it; touch it from four or more"
-        )
+        if sided[rows].all() and rows.sum() <= 3:
+            raise InputError(
+                f"{touches.file}: sphere '{artefact.names[s]}' stands anywhere and is touched from {int(rows.sum())} "
+                "side(s), which hardly locate it; touch it from four or more"
+            )
 
 
 def _spheres(artefact: Artefact, touched: IntArray, name: str, frame: int) -> FixedPlaces:
