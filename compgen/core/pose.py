@@ -18,6 +18,8 @@ from compgen.core.rotations import rotation_matrix
 
 #: of a pose as files and records have it: place [mm], and W, P, R [deg]
 POSE_KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+#: of an arm's joints likewise, as its pendant shows them [deg]
+JOINT_KEYS = tuple(f"j{i}_deg" for i in range(1, 7))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -7,13 +7,12 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, norm
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import CompgenError, InputError
-from compgen.core.pose import Pose
+from compgen.core.pose import JOINT_KEYS, POSE_KEYS, Pose
 from compgen.core.recorded.table import read_table
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.measured_poses import (
     FARTHEST,
-    JOINTS,
     check_within_limits,
     joints_given,
     numbered_names,
@@ -36,11 +35,10 @@ from compgen.robot.joint_path import follow_branch
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot, coupling_of
 
-PLACE = ("x_mm", "y_mm", "z_mm")
+PLACE, TURN = POSE_KEYS[:3], POSE_KEYS[3:]
 DEVIATION = ("dx_um", "dy_um", "dz_um")
-TURN = ("w_deg", "p_deg", "r_deg")
 TOOL = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
-KNOWN = ("line", "run", "direction", "time_s", *PLACE, *DEVIATION, *TURN, *TOOL, *JOINTS, "sigma_um")
+KNOWN = ("line", "run", "direction", "time_s", *PLACE, *DEVIATION, *TURN, *TOOL, *JOINT_KEYS, "sigma_um")
 
 
 def read_axis_tests(source: str, robot: Robot, nodes: int) -> Measurements:
@@ -127,7 +125,7 @@ def _check_given(table: CsvTable, robot: Robot, tcp: Array, theta: Array) -> Non
     Where the tool sits in the flange is not told: it is where most rows have it. Both are the controller's own, so
     that a calibration error is in neither.
     """
-    check_within_limits(robot, theta, lambda m, k: table.location(m, JOINTS[k]))
+    check_within_limits(robot, theta, lambda m, k: table.location(m, JOINT_KEYS[k]))
     pendant = robot.to_pendant(theta)
 
     def distance_of(angles: Array) -> Array:
@@ -138,7 +136,7 @@ def _check_given(table: CsvTable, robot: Robot, tcp: Array, theta: Array) -> Non
     as_given = nearest_mean(distance_of(pendant))
     if as_given <= SUSPECT or len(theta) < FEWEST:
         return
-    where = f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}"
+    where = f"{table.source}: columns {JOINT_KEYS[0]} to {JOINT_KEYS[-1]}"
     refuse_radians(where, pendant, lambda angles: nearest_mean(distance_of(angles)) * BETTER < as_given)
     if better := better_reading(pendant, distance_of, as_given, coupling_of(robot.pendant_map)):
         raise InputError(

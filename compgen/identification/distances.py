@@ -10,11 +10,11 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
+from compgen.core.pose import JOINT_KEYS
 from compgen.core.recorded.table import read_table
 from compgen.core.units import DEG, MM
 from compgen.identification.measured_poses import (
     FARTHEST,
-    JOINTS,
     SAME,
     check_moving,
     check_within_limits,
@@ -28,8 +28,8 @@ from compgen.identification.measured_poses import (
 from compgen.identification.measurements import DISTANCE, NONE, WORLD, FixedPlaces, Measurements, blank_rows, plain_ends
 from compgen.robot.robot import Robot
 
-NEAR = tuple(f"a_{name}" for name in JOINTS)
-FAR = tuple(f"b_{name}" for name in JOINTS)
+NEAR = tuple(f"a_{name}" for name in JOINT_KEYS)
+FAR = tuple(f"b_{name}" for name in JOINT_KEYS)
 KNOWN = ("time_s", "a_target", *NEAR, "b_target", *FAR, "distance_mm", "sigma_um")
 REFLECTOR, SOCKET = "tcp", "socket"  # where the file names none
 UNKNOWNS = 3  # of a reflector or a fixed place

@@ -9,6 +9,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
+from compgen.core.pose import JOINT_KEYS, POSE_KEYS
 from compgen.core.recorded.table import read_table
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
@@ -16,10 +17,9 @@ from compgen.identification.measurements import Measurements, blank_rows
 from compgen.robot.inverse_kinematics import is_class
 from compgen.robot.robot import Robot
 
-JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
-PLACE = ("x_mm", "y_mm", "z_mm")
+PLACE = POSE_KEYS[:3]
 TURN = ("rx_deg", "ry_deg", "rz_deg")
-KNOWN = ("time_s", "order", "target", "instrument", *JOINTS, *PLACE, *TURN, "sigma_um")
+KNOWN = ("time_s", "order", "target", "instrument", *JOINT_KEYS, *PLACE, *TURN, "sigma_um")
 FARTHEST = 1e8  # mm: a tracker measures 100 m at most, which someone may give in um
 SAME = 1e-9  # rad: joints nearer than this are the same pose
 STILL = 0.05 * DEG  # a joint that moves less than this does not move
@@ -50,8 +50,8 @@ def read_poses(
     Raises:
         InputError: Anything wrong, naming file, line and column.
     """
-    table = read_table(source, (*JOINTS, *PLACE), KNOWN)
-    pendant = np.column_stack([table.numbers(c) for c in JOINTS])
+    table = read_table(source, (*JOINT_KEYS, *PLACE), KNOWN)
+    pendant = np.column_stack([table.numbers(c) for c in JOINT_KEYS])
     position = np.column_stack([table.numbers(c, largest=FARTHEST) for c in PLACE])
     instrument = _instrument(table)
     if timed and not table.has("time_s"):
@@ -69,7 +69,7 @@ def read_poses(
     if not frames_known:
         _check_measured_twice(table, reflectors, reflector)
     theta = robot.to_theta(pendant[first] * DEG)
-    check_within_limits(robot, theta, lambda m, k: table.location(int(first[m]), JOINTS[k]))
+    check_within_limits(robot, theta, lambda m, k: table.location(int(first[m]), JOINT_KEYS[k]))
     if timed and time is not None:
         _check_seconds(table, robot, pendant, time, first)
     check_moving(source, pendant, force=force)
@@ -100,17 +100,17 @@ def joints_given(table: CsvTable, robot: Robot, rows: str) -> Array | None:
     Raises:
         InputError: It does, and this arm has none; ``rows`` says whose joints are missing.
     """
-    missing = [c for c in JOINTS if not table.has(c)]
-    if 0 < len(missing) < len(JOINTS):
+    missing = [c for c in JOINT_KEYS if not table.has(c)]
+    if 0 < len(missing) < len(JOINT_KEYS):
         raise InputError(
-            f"{table.source}: column {missing[0]}: missing; give all of {JOINTS[0]} to {JOINTS[-1]} or none"
+            f"{table.source}: column {missing[0]}: missing; give all of {JOINT_KEYS[0]} to {JOINT_KEYS[-1]} or none"
         )
     if not missing:
-        return robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
+        return robot.to_theta(np.column_stack([table.numbers(c) for c in JOINT_KEYS]) * DEG)
     if not is_class(robot):
         raise InputError(
-            f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}: missing; this arm has no closed-form inverse "
-            f"kinematics here, so {rows} need their joints"
+            f"{table.source}: columns {JOINT_KEYS[0]} to {JOINT_KEYS[-1]}: missing; this arm has no closed-form "
+            f"inverse kinematics here, so {rows} need their joints"
         )
     return None
 
@@ -178,7 +178,7 @@ def _poses(
         same_joints = before >= 0 and bool(np.abs(pendant[i] - pendant[before]).max() * DEG <= SAME)
         same_time = before >= 0 and (time is None or time[i] == time[before])
         if time is not None and same_time and not same_joints:
-            column = JOINTS[int(np.argmax(np.abs(pendant[i] - pendant[before])))]
+            column = JOINT_KEYS[int(np.argmax(np.abs(pendant[i] - pendant[before])))]
             raise InputError(
                 f"{table.location(i, column)}: other joints at the time of line {table.line[before]}; "
                 "give each pose its own time"
@@ -246,7 +246,7 @@ def check_moving(source: str, pendant: Array, *, force: bool) -> None:
     for k, span in enumerate(np.ptp(pendant, axis=0) * DEG):
         if span < STILL:
             raise InputError(
-                f"{source}: column {JOINTS[k]}: constant at {pendant[0, k]:g} deg in all {len(pendant)} rows, so "
+                f"{source}: column {JOINT_KEYS[k]}: constant at {pendant[0, k]:g} deg in all {len(pendant)} rows, so "
                 f"nothing of joint {k + 1} can be identified; measure poses that move it, or --force holds its "
                 "parameters at nominal"
             )

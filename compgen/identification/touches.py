@@ -10,7 +10,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, owns
 from compgen.core.csv_table import CsvTable, quote_cell
 from compgen.core.exceptions import InputError
-from compgen.core.pose import POSE_KEYS, Pose
+from compgen.core.pose import JOINT_KEYS, POSE_KEYS, Pose
 from compgen.core.recorded.table import read_table
 from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
@@ -18,7 +18,6 @@ from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import Source
 from compgen.identification.measured_poses import (
-    JOINTS,
     check_within_limits,
     columns_together,
     joints_given,
@@ -35,7 +34,7 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 NORMAL = ("nx", "ny", "nz")
-KNOWN = ("time_s", "target", *POSE_KEYS, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
+KNOWN = ("time_s", "target", *POSE_KEYS, "config", *JOINT_KEYS, *NORMAL, "value_mm", "sigma_um")
 _VECTOR = re.compile(r"(?i)(?:^|[^a-z])[ijk]$|^(?:norm|vec|dir)[a-z]*[ _]?[xyz]$")  # how others call a direction
 CERTIFIED_AT = 20.0  # degC
 LEAST_CTE = 0.1  # um/m/K: of no material but 0; glass ceramics have less and are given as 0
@@ -320,7 +319,7 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
     if missing is not None:
         raise InputError(
             f"{table.source}: column {missing}: missing; give where the probe was commanded: {', '.join(POSE_KEYS)}, "
-            f"or {JOINTS[0]} to {JOINTS[-1]}"
+            f"or {JOINT_KEYS[0]} to {JOINT_KEYS[-1]}"
         )
     values = np.column_stack([table.numbers(c) for c in POSE_KEYS])
     pose, tool = Pose(values[:, :3] * MM, from_wpr(*(values[:, 3:].T * DEG))), Pose(artefact.probe, np.eye(3))

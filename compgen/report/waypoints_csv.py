@@ -7,6 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.decimals import Column, consecutive, join_columns, short_columns, text_column
 from compgen.core.evaluation import BLOCK, map_blocks
+from compgen.core.pose import JOINT_KEYS, POSE_KEYS
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.report.job_summary import job_band
@@ -19,9 +20,16 @@ _ONE_DIGIT = [b",%d" % digit for digit in range(10)]
 
 def column_names(planned: Planned) -> list[str]:
     """Of the table of waypoints, in their order."""
-    names = ["n", "time_s", "x_mm", "y_mm", "z_mm", *(f"{side}_d{a}_um" for side in ("before", "after") for a in "xyz")]
-    names += [*(f"rise_{n}_K" for n in planned.job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
-    return [*names, *BAND]
+    return [
+        "n",
+        "time_s",
+        *POSE_KEYS[:3],
+        *(f"{side}_d{axis}_um" for side in ("before", "after") for axis in "xyz"),
+        *(f"rise_{name}_K" for name in planned.job.heat.names),
+        "contact",
+        *JOINT_KEYS,
+        *BAND,
+    ]
 
 
 def waypoint_columns(planned: Planned, corrected: Corrected | None) -> dict[str, Array | IntArray]:

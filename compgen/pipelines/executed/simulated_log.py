@@ -10,7 +10,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, interpolated
 from compgen.core.exceptions import InputError
-from compgen.core.pose import Pose
+from compgen.core.pose import JOINT_KEYS, POSE_KEYS, Pose
 from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
 from compgen.core.units import DEG, MM
 from compgen.pipelines.executed.executed import Situation
@@ -21,7 +21,6 @@ from compgen.robot.joint_path import nearest_turns
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
-from compgen.verification.executed.position_log import JOINTS, PLACE, TURN
 from compgen.verification.twin.circular_motion import sweeps
 from compgen.verification.twin.controller.command import CommandedMotion, WrittenPath, sample_command
 from compgen.verification.twin.controller.smoothing import smooth
@@ -122,7 +121,7 @@ def _written(time: Array, numbers: Array, logger: Logger) -> bytes:
     degrees = logger.noise / DEG  # of a joint: as much at a metre
     scale = np.full(6, degrees) if logger.joints else np.array([logger.noise / MM] * 3 + [degrees] * 3)
     rows = np.round(rows + scale * rng.normal(size=rows.shape), logger.digits) + 0.0
-    head = ",".join(("time_s", *(JOINTS if logger.joints else (*PLACE, *TURN))))
+    head = ",".join(("time_s", *(JOINT_KEYS if logger.joints else POSE_KEYS)))
     form = ",".join(["%.6f", *[f"%.{logger.digits}f"] * 6])
     lines = [form % (t, *row) for t, row in zip(shown.tolist(), rows.tolist(), strict=True)]
     return "\n".join([head, *lines, ""]).encode("ascii")

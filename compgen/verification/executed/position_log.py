@@ -14,11 +14,9 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
+from compgen.core.pose import JOINT_KEYS, POSE_KEYS
 from compgen.core.units import DEG, MM, MS
 
-PLACE = ("x_mm", "y_mm", "z_mm")
-TURN = ("w_deg", "p_deg", "r_deg")
-JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
 LEAST_ROWS = 10
 MOST_ROWS = 10_000_000
 LONGEST_STEP = 0.1  # s
@@ -48,7 +46,7 @@ class PositionLog:
     @property
     def is_joints(self) -> bool:
         """Whether its numbers are joints."""
-        return self.columns == JOINTS
+        return self.columns == JOINT_KEYS
 
     @property
     def place(self) -> Array:
@@ -85,10 +83,10 @@ def read_position_log(source: str | Path, *, third_on_link2: bool = False) -> Po
     if np.ptp(numbers, axis=0).max() == 0:
         raise InputError(f"{source}: all {len(rows)} rows have the same position; log while the program runs")
     if third_on_link2:
-        if columns != JOINTS:
+        if columns != JOINT_KEYS:
             raise InputError(f"{source}: --j3 link2: it has no joints, but {columns[0]} to {columns[-1]}; leave it out")
         numbers = numbers - numbers[:, 1:2] * np.eye(6)[2]
-    units = [DEG] * 6 if columns == JOINTS else [MM] * 3 + [DEG] * 3
+    units = [DEG] * 6 if columns == JOINT_KEYS else [MM] * 3 + [DEG] * 3
     return PositionLog(
         table=table,
         row=rows,
@@ -148,14 +146,13 @@ def _once_each(time: Array, numbers: Array) -> tuple[Array, IntArray]:
 
 def _columns(table: CsvTable) -> tuple[str, ...]:
     """The columns of positions that a log has: Cartesian ones where both kinds are whole."""
-    kinds = ((*PLACE, *TURN), JOINTS)
-    nearest = max(kinds, key=lambda columns: sum(map(table.has, columns)))
+    nearest = max((POSE_KEYS, JOINT_KEYS), key=lambda columns: sum(map(table.has, columns)))
     missing = next((name for name in nearest if not table.has(name)), None)
     if missing is None:
         return nearest
     raise InputError(
-        f"{table.source}: column {missing}: missing; a log has time_s and {', '.join(kinds[0])}, or "
-        f"{JOINTS[0]} to {JOINTS[-1]}, in mm and degrees"
+        f"{table.source}: column {missing}: missing; a log has time_s and {', '.join(POSE_KEYS)}, or "
+        f"{JOINT_KEYS[0]} to {JOINT_KEYS[-1]}, in mm and degrees"
     )
 
 
