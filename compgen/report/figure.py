@@ -88,6 +88,15 @@ def scale(colours: Sequence[str]) -> list[list[Any]]:
     return [[i / (len(colours) - 1), colour] for i, colour in enumerate(colours)]
 
 
+def colour_at(colours: Sequence[str], share: float) -> str:
+    """The colour at a share of such a scale."""
+    place = share * (len(colours) - 1)
+    low = min(int(place), len(colours) - 2)
+    ends = [[int(colours[k][i : i + 2], 16) for i in (1, 3, 5)] for k in (low, low + 1)]
+    mixed = (round(a + (b - a) * (place - low)) for a, b in zip(*ends, strict=True))
+    return "#" + "".join(f"{channel:02x}" for channel in mixed)
+
+
 RED_TO_BLUE = scale(_RED_TO_BLUE)
 
 

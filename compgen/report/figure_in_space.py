@@ -9,7 +9,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
 from compgen.report.curves import between, rounded_number, sentence
-from compgen.report.figure import LIGHT_TO_DARK, Figure, axis, figure, packed_array, scale, spans, trace
+from compgen.report.figure import LIGHT_TO_DARK, Figure, axis, colour_at, figure, packed_array, scale, spans, trace
 from compgen.report.still_picture import still_svg
 from compgen.report.view import View, middle_tick, ticks, view_of
 
@@ -176,10 +176,8 @@ def _merge(base: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
 
 def _steps() -> list[str]:
     """The scale of colours in even steps."""
-    shades = np.array([[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in LIGHT_TO_DARK], dtype=float)
-    at = np.linspace(0, len(shades) - 1, 2 * len(shades) - 1)
-    mixed = np.column_stack([np.interp(at, np.arange(len(shades)), shades[:, k]) for k in range(3)])
-    return ["#" + "".join(f"{round(v):02x}" for v in colour) for colour in mixed]
+    last = 2 * (len(LIGHT_TO_DARK) - 1)
+    return [colour_at(LIGHT_TO_DARK, step / last) for step in range(last + 1)]
 
 
 def _annotation(text: str) -> dict[str, Any]:

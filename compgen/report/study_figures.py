@@ -18,6 +18,7 @@ from compgen.report.figure import (
     Limit,
     Trace,
     axis,
+    colour_at,
     figure,
     horizontal_line,
     limit_label,
@@ -103,10 +104,11 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
             cells[lines.index(grid.value(row, y)), columns.index(grid.value(row, x))] = error
     unread = {"meta": {"phone": [{"texttemplate": ""}]}} if len(columns) > PHONE_COLUMNS else {}
     hover = f"{words_of(x)} %{{x}}<br>{words_of(y)} %{{y}}<br>%{{z:.2f}} µm<extra></extra>"
-    traces = [_heat_map([plain(v) for v in columns], [plain(v) for v in lines], cells, hover, limit)]
-    failed = [(plain(grid.value(row, x)), plain(grid.value(row, y))) for row in grid.failed]
-    if failed:
-        traces.append(_crosses([f[0] for f in failed], [f[1] for f in failed], [r["reason"] for r in grid.failed]))
+    at_x, at_y = ([plain(grid.value(row, key)) for row in grid.failed] for key in (x, y))
+    traces = [
+        _heat_map([plain(v) for v in columns], [plain(v) for v in lines], cells, hover, limit),
+        *([_crosses(at_x, at_y, [row["reason"] for row in grid.failed])] if grid.failed else []),
+    ]
     over = 0 if limit is None else int(np.count_nonzero(cells > limit.um))
     beyond = f", {over} of them over {limit.label}" if limit is not None else ""
     low, high = (np.unravel_index(int(f(cells)), cells.shape) for f in (np.nanargmin, np.nanargmax))
@@ -125,7 +127,7 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
         alt,
         xaxis=axis(title_of(x), **category),
         yaxis=axis(title_of(y), **category, automargin=True),
-        showlegend=bool(failed),
+        showlegend=bool(grid.failed),
         narrow={"xaxis": {"tickangle": -45}},
         **unread,
     )
@@ -171,7 +173,7 @@ def _colours(grid: Grid, other: str | None) -> tuple[dict[Value, str], str]:
     count = len(values)
     rows = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).round().astype(int)).tolist()
     few = "" if len(rows) == count else f"Lines for {len(rows)} of {count} values of {words_of(other)}. "
-    return {values[n]: _between(MANY_COLOURS, n / (count - 1)) for n in rows}, few
+    return {values[n]: colour_at(MANY_COLOURS, n / (count - 1)) for n in rows}, few
 
 
 def _line(
@@ -249,12 +251,3 @@ def _colour_bar(grid: Grid, other: str) -> Trace:
         "showscale": True,
     }
     return trace("scatter", [None], [None], mode="markers", marker=marker, showlegend=False, meta=MARK)
-
-
-def _between(colours: tuple[str, ...], share: float) -> str:
-    """The colour at a share of a scale."""
-    place = share * (len(colours) - 1)
-    low = min(int(place), len(colours) - 2)
-    ends = [[int(colours[k][i : i + 2], 16) for i in (1, 3, 5)] for k in (low, low + 1)]
-    mixed = (round(a + (b - a) * (place - low)) for a, b in zip(*ends, strict=True))
-    return "#" + "".join(f"{channel:02x}" for channel in mixed)
