@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, interpolated, norm, owns, unit
+from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, dot, interpolated, norm, numbered, owns, unit
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.robot.joint_path import arm_spread
@@ -157,20 +157,17 @@ def divided(position: Array, via: BoolArray) -> tuple[Array, Array]:
         Numbers of nodes (M,), rising: n is position n, n + 1/3 a third of the way from it to the next; their places.
     """
     middle = np.flatnonzero(via)
-    whole = np.arange(len(position), dtype=float)
-    if not len(middle):
-        return whole, position
     arcs = arcs_through(position[middle - 1], position[middle], position[middle + 1])
     sweep = np.diff(arcs.angle, prepend=0.0, axis=1)
     in_line = ~np.isfinite(sweep)
     step = 2 * np.sqrt(2 * CHORD / np.where(in_line, 1.0, arcs.radius[:, None]))
     count = np.where(in_line, 1, np.clip(np.ceil(np.where(in_line, 0.0, sweep) / step), 1, LONGEST_DIVISION))
     count = count.astype(np.int64).ravel()
-    half = np.repeat(np.arange(len(count)), count - 1)  # of each new node
-    share = (np.arange(len(half)) - np.repeat(np.cumsum(count - 1) - (count - 1), count - 1) + 1) / count[half]
+    half, nth = numbered(count - 1)  # of each new node
+    share = (nth + 1) / count[half]
     arc, second = half // 2, half % 2
     places = arcs.on_halves(arc, second == 1, share)
-    number = np.concatenate([whole, middle[arc] - 1 + second + share])
+    number = np.concatenate([np.arange(len(position), dtype=float), middle[arc] - 1 + second + share])
     order = np.argsort(number, kind="stable")
     return number[order], np.concatenate([position, places])[order]
 

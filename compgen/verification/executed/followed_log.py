@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, dot, frozen, owns, rms
+from compgen.core.arrays import Array, IntArray, dot, frozen, owns, rms, thinned
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector
@@ -138,18 +138,17 @@ def _readings(log: PositionLog, course: ProgramCourse, robot: Robot, *, world: b
     number, tool = course.numbers
     inside, as_it_is = course.frame.act, np.asarray
     plain, other = (as_it_is, inside) if world else (inside, as_it_is)
-    readings = [LogReading("", lambda: plain(log.place))]
-    if number:
-        words = f"positions in UFRAME {number}; leave --in-world out" if world else "positions in World; say --in-world"
-        readings.append(LogReading(words, lambda: other(log.place)))
+    framed = f"positions in UFRAME {number}; leave --in-world out" if world else "positions in World; say --in-world"
     mend = "give x_mm, y_mm, z_mm in mm"
-    readings.append(LogReading(f"metres, not millimetres; {mend}", lambda: plain(log.place / MM)))
-    readings.append(LogReading(f"inches, not millimetres; {mend}", lambda: plain(log.place * INCH / MM)))
-    if tool:
-        words = f"positions of the flange (UTOOL 0); log with UTOOL {tool}, the program's"
-        rotation = partial(_rotations, log, course, robot, world=world)
-        readings.append(LogReading(words, lambda: (Pose(plain(log.place), rotation()) @ course.tool).position))
-    return readings
+    of_flange = f"positions of the flange (UTOOL 0); log with UTOOL {tool}, the program's"
+    rotation = partial(_rotations, log, course, robot, world=world)
+    return [
+        LogReading("", lambda: plain(log.place)),
+        *([LogReading(framed, lambda: other(log.place))] if number else []),
+        LogReading(f"metres, not millimetres; {mend}", lambda: plain(log.place / MM)),
+        LogReading(f"inches, not millimetres; {mend}", lambda: plain(log.place * INCH / MM)),
+        *([LogReading(of_flange, lambda: (Pose(plain(log.place), rotation()) @ course.tool).position)] if tool else []),
+    ]
 
 
 def _rotations(
@@ -291,8 +290,7 @@ def _moved_only(course: ProgramCourse, position: Array, travelled: Array, moved:
         track = follow(course, position + shift, travelled, gate=WIDE)
         if not track.on.any():
             return moved
-        rows = track.row[track.on]
-        rows = rows[:: max(1, len(rows) // SHAPE_ROWS)]
+        rows = thinned(track.row[track.on], SHAPE_ROWS)
         beside = project(course, position[rows] + shift, travelled[rows], track)
         offset = constant_offset(course, beside.way, beside.off)
         if offset is None or offset.in_tool:

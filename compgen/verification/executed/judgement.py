@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, norm
+from compgen.core.arrays import Array, norm, thinned
 from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
@@ -21,6 +21,7 @@ TIME_BOUND = 0.5 * PERCENT  # of the planned time
 CLAMP = 3e-3  # [m] that corrections are clamped to
 MOST = 0.75  # of the rows on straight ways: those beside corners are fewer
 STRAIGHT = 1e-4  # [m] that a chord is shorter by: smoothing of any length that is known pulls by less than 1 mm there
+ROWS = 50_000  # of a log that are looked at
 LEAST_ROWS = 50
 STOPPED_OFF = 15e-6  # [m] from its stop, where no smoothing is left
 SHORTEST_STAND = 0.05  # [s] that is named
@@ -153,8 +154,7 @@ def _of_identity(
 
 def _straight_deviation(course: ProgramCourse, deviation: PathDeviation) -> float:
     """How far most rows are off the path where smoothing pulls nowhere [m]; 0 where there are too few to say."""
-    rows = np.flatnonzero(deviation.judged)
-    rows = rows[:: max(1, len(rows) // 50_000)]
+    rows = thinned(np.flatnonzero(deviation.judged), ROWS)
     way, chord = chords(course, deviation.arc[rows])
     straight = rows[way - chord < STRAIGHT]
     return float(np.quantile(deviation.distance[straight], MOST)) if len(straight) >= LEAST_ROWS else 0.0
@@ -162,7 +162,7 @@ def _straight_deviation(course: ProgramCourse, deviation: PathDeviation) -> floa
 
 def _offset_or_older(course: ProgramCourse, followed: FollowedLog, deviation: PathDeviation) -> Finding | None:
     """A constant offset, or stops that are not those of the text; None of a log that has neither."""
-    rows = np.flatnonzero(deviation.judged)[:: max(1, int(deviation.judged.sum()) // 50_000)]
+    rows = thinned(np.flatnonzero(deviation.judged), ROWS)
     if len(rows) < 20:
         return None
     of_log = deviation.row[rows]

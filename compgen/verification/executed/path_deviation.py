@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm, owns
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm, owns, thinned
 from compgen.verification.deviation import Extent, extent_of, sample_lengths
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import FollowedLog, row_noise
@@ -116,8 +116,7 @@ def likeness(
     course: ProgramCourse, deviation: PathDeviation, followed: FollowedLog, name: str, other: ProgramCourse
 ) -> Likeness | None:
     """How a log stands between its own text and another one; None where the other one is another path."""
-    rows = deviation.row[deviation.judged]
-    rows = rows[:: max(1, len(rows) // ROWS)]
+    rows = thinned(deviation.row[deviation.judged], ROWS)
     if len(rows) < 20:
         return None
     position, travelled = followed.position[rows], followed.travelled[rows]
