@@ -53,15 +53,15 @@ def band_facts(record: dict[str, Any]) -> list[tuple[str, Markup]]:
 
 def band_rows(record: dict[str, Any]) -> list[list[str]]:
     """The table of a band's sources: what each leaves open, all together, and what is not known."""
+    parts = zip(PARTED, (STANDS, WHEN_TAUGHT), strict=True)
     rows = [
-        [_explained(source, MEANINGS.get(source, "")), rounded(size), rounded(record["budget_rms_um"][source])]
-        for source, size in record["budget_um"].items()
+        *(
+            [_explained(source, MEANINGS.get(source, "")), rounded(size), rounded(record["budget_rms_um"][source])]
+            for source, size in record["budget_um"].items()
+        ),
+        [Markup("<b>all that this file knows</b>"), Markup("<b>{}</b>").format(rounded(record["p95_um"])), ""],
+        *([_explained(*what), rounded(record[key]), ""] for key, what in parts if key in record),
     ]
-    whole = Markup("<b>{}</b>").format(rounded(record["p95_um"]))
-    rows.append([Markup("<b>all that this file knows</b>"), whole, ""])
-    for key, what in zip(PARTED, (STANDS, WHEN_TAUGHT), strict=True):
-        if key in record:
-            rows.append([_explained(*what), rounded(record[key]), ""])
     for row in record["unknown"]:
         nothing = row["from"] if row["from"] == NOT_LOOKED_AT else "no figure"
         extent = nothing if row["size_um"] is None else size_words(row)

@@ -231,10 +231,8 @@ def what_changed(comparison: Comparison) -> str:
         writes = comparison.kind in (Command.GENERATE, Command.CORRECT)
         unknown = f"; {positions_sentence(comparison)}" if writes else ""
         return f"the two are equal: inputs, errors, times and findings{unknown}"
-    sentences = [_inputs_sentence(comparison.inputs), error_sentence(comparison)]
-    if comparison.kind not in UNCORRECTED:
-        sentences.append(positions_sentence(comparison))
-    return "; ".join(sentences)
+    positions = [] if comparison.kind in UNCORRECTED else [positions_sentence(comparison)]
+    return "; ".join([_inputs_sentence(comparison.inputs), error_sentence(comparison), *positions])
 
 
 def _inputs_sentence(inputs: tuple[Pair, ...] | None) -> str:

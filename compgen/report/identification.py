@@ -371,9 +371,9 @@ def _correlation_map(identification: Identification) -> Figure:
     values = np.round(correlations(fit)[np.ix_(best, best)], 3)
     small = {"tickfont": {"size": 8}}
     pairs = np.abs(np.triu(values, 1))
-    one, other = np.unravel_index(int(np.argmax(pairs)), pairs.shape) if len(names) > 1 else (0, 0)
     alt = f"Correlation of {len(names)} parameters"
     if len(names) > 1:
+        one, other = np.unravel_index(int(np.argmax(pairs)), pairs.shape)
         alt += (
             f": largest {values[one, other]:.2f}, of {names[one]} and {names[other]}; {(pairs > 0.9).sum()} above 0.9"
         )

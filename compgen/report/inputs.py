@@ -86,9 +86,8 @@ def correction_inputs(result: "Correction", planned_sha256: str, corrected_sha25
         ("history", _with_state(result.cell, duties_words(result.before)) + warmer),
         ("asked for", ", ".join(wishes) or "nothing beyond the correction"),
         overrides_row(result.cell.overrides),
+        *([("corrected program", "not written")] if corrected_sha256 is None else []),
     ]
-    if corrected_sha256 is None:
-        rows.append(("corrected program", "not written"))
     written = [] if corrected_sha256 is None else [("corrected program", corrected_sha256)]
     return Inputs(tuple(rows), (("planned program", planned_sha256), *written, _robot_hash(result.cell)))
 

@@ -79,10 +79,23 @@ def templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters |= {"in_reading_order": in_reading_order, "largest_unknown": largest_unknown}
-    made.filters |= {"fixed": fixed, "units": with_units, "words": page_words, "rounded": rounded}
-    made.globals |= {"div": div, "library": library_text, "marks": MARKS, "style": style, "version": __version__}
-    made.globals |= {"statistics_head": statistics_head, "error_rows": error_rows}
+    made.filters |= {
+        "in_reading_order": in_reading_order,
+        "largest_unknown": largest_unknown,
+        "fixed": fixed,
+        "units": with_units,
+        "words": page_words,
+        "rounded": rounded,
+    }
+    made.globals |= {
+        "div": div,
+        "library": library_text,
+        "marks": MARKS,
+        "style": style,
+        "version": __version__,
+        "statistics_head": statistics_head,
+        "error_rows": error_rows,
+    }
     return made
 
 

@@ -147,9 +147,12 @@ def urdf_text(robot: Robot, chain: RigidChain, words: tuple[str, ...]) -> str:
     """
     line, low, high = _joints(robot, chain)
     links = ["base", *(f"link_{i}" for i in range(1, 7)), "tool0"]
-    rows = ['<?xml version="1.0"?>', *(f"<!-- {word.replace('--', '- -')} -->" for word in words)]
-    rows.append(f'<robot name="{robot.name}">')
-    rows += [f'  <link name="{link}"/>' for link in links]
+    rows = [
+        '<?xml version="1.0"?>',
+        *(f"<!-- {word.replace('--', '- -')} -->" for word in words),
+        f'<robot name="{robot.name}">',
+        *(f'  <link name="{link}"/>' for link in links),
+    ]
     before = np.zeros(3)
     for i in range(6):
         rows += [

@@ -99,21 +99,20 @@ def _largest(flat: Array, values: Array) -> list[str]:
     return [f'<path d="M{x:.1f} {y - 6:.1f}l6 6l-6 6l-6 -6z" fill="none" stroke="currentColor" stroke-width="1.5"/>']
 
 
-def _colour_bar(titles: Sequence[str], largest: float, colours: Sequence[str]) -> list[str]:
+def _colour_bar(titles: Sequence[str], largest: float, colours: Sequence[str]) -> Iterator[str]:
     step = BAR_WIDTH / len(colours)
-    parts = [
+    yield from (
         f'<text x="{WIDTH / 2:g}" y="{13 + 15 * k}" text-anchor="middle" font-size="12">{escape(title)}</text>'
         for k, title in enumerate(titles)
-    ]
-    parts += [
+    )
+    yield from (
         f'<rect x="{BAR_LEFT + k * step:.1f}" y="36" width="{step + 0.5:.1f}" height="10" fill="{colour}"/>'
         for k, colour in enumerate(colours)
-    ]
+    )
     for value in ticks(0.0, largest, 5):
         x = BAR_LEFT + (BAR_WIDTH * value / largest if largest > 0 else 0.0)
-        parts.append(f'<path d="M{x:.1f} 46v4" stroke="currentColor"/>')
-        parts.append(f'<text x="{x:.1f}" y="61" text-anchor="middle">{value:g}</text>')
-    return parts
+        yield f'<path d="M{x:.1f} 46v4" stroke="currentColor"/>'
+        yield f'<text x="{x:.1f}" y="61" text-anchor="middle">{value:g}</text>'
 
 
 def _box(view: View, pixels: Pixels) -> Iterator[str]:

@@ -136,10 +136,9 @@ def _csv(names: list[str], rows: list[StudyRow]) -> bytes:
 
 def study_columns(study: Study, rows: list[StudyRow]) -> list[str]:
     """Columns of a study's table: index, what was varied, state, every result, reason."""
-    names = ["index", *study.keys, "state"]
-    for row in rows:
-        names += [n for n in row if n not in names and n != "reason"]
-    return [*names, "reason"]
+    results = dict.fromkeys(name for row in rows for name in row)
+    first = ["index", *study.keys, "state"]
+    return [*first, *(name for name in results if name not in (*first, "reason")), "reason"]
 
 
 def study_json(

@@ -95,8 +95,10 @@ class StudyResult:
             InputError: No such key or question.
         """
         keys = self.study.keys if self.study is not None else ()
-        figures = {key: error_against(self.study, list(self.rows), key) for key in keys if self.study is not None}
-        figures |= {answer.key: answer_figure(answer) for answer in self.answers}
+        figures = {
+            **{key: error_against(self.study, list(self.rows), key) for key in keys if self.study is not None},
+            **{answer.key: answer_figure(answer) for answer in self.answers},
+        }
         titles = {**{key: f"Largest error against {words_of(key)}" for key in keys}, **TITLES}
         return plotly_figure(figures, titles, next(iter(figures)) if which is None and figures else which)
 
