@@ -14,7 +14,6 @@ s <- s + (p - q(s)) . t(s), and of the ways about there the one with the nearest
 corner is cut: another pass over the same line may be the next way but one.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -157,47 +156,39 @@ class _Follower:
         rows = rows[self.sample[rows] >= after]
         if not len(rows):
             return np.zeros(0)
-        groups = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
-        best, far = [], []
-        for group in groups:
-            distance = np.linalg.norm(self.course.place(self.sample[group]) - self.place[mark], axis=1)
-            k = int(np.argmin(distance))
-            best.append(self.sample[group[k]])
-            far.append(distance[k])
-        return np.array(best)[np.argsort(np.array(far), kind="stable")[:STARTS]]
+        distance = np.linalg.norm(self.course.place(self.sample[rows]) - self.place[mark], axis=1)
+        passes = np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1)
+        best = np.array([one[np.argmin(distance[one])] for one in passes])
+        order = np.argsort(distance[best], kind="stable")[:STARTS]
+        return np.asarray(self.sample[rows[best[order]]])
 
     def run(self, first: int, start: float, last: int) -> tuple[Array, Array, BoolArray]:
         """Arc length, distance and whether on the course of marks, followed from ``first`` at ``start`` to ``last``."""
         K = len(self.place)
         arc, distance, on = np.full(K, np.nan), np.full(K, np.inf), np.zeros(K, dtype=bool)
-        s, top, missed = start, start, 0
+        s, top, missed, last_on = start, start, 0, 0.0
         for k in range(first, last):
             ahead = float(self.travelled[k] - self.travelled[k - 1]) if k > first else 0.0
             window = SLACK * ahead + 2 * FINEST + self.gate / 4
             back = min(window, s + ahead - top + BACK) if k > first else self.gate
             near, away = self._nearest(self.place[k], s + ahead, back, max(window, AHEAD))
             if away <= self.gate:
-                s, missed = near, 0
+                s, missed, last_on = near, 0, near
                 top = max(top, near) if k > first else near
                 arc[k], distance[k], on[k] = near, away, True
                 continue
             s, missed = min(s + ahead, self.course.length), missed + 1
             arc[k], distance[k] = s, away
             if missed >= LOST:
-                anew = self.places(k, after=self._last_on(arc, on, k) - self.gate)
+                anew = self.places(k, after=last_on - self.gate)
                 if len(anew):
                     s, missed = float(anew.min()), 0
                 else:
-                    s = self._last_on(arc, on, k)
+                    s = last_on
         arc[:first] = arc[first]
         known = np.isfinite(arc)
         arc[~known] = arc[known][-1] if known.any() else 0.0
         return arc, distance, on
-
-    def _last_on(self, arc: Array, on: BoolArray, k: int) -> float:
-        """Arc length at the last mark before k that was on the course."""
-        before = np.flatnonzero(on[:k])
-        return float(arc[before[-1]]) if len(before) else 0.0
 
     def _nearest(self, point: Array, expected: float, back: float, ahead: float) -> tuple[float, float]:
         """The nearest place of the course about the arc length that is expected, and how far it is."""
@@ -235,7 +226,7 @@ def project(course: ProgramCourse, position: Array, travelled: Array, track: Tra
     M = len(position)
     arc, way, off = np.empty(M), np.empty(M, dtype=np.int64), np.empty((M, 3))
     tangent = course.tangents()
-    for rows in _blocks(M):
+    for rows in (slice(begin, begin + BLOCK) for begin in range(0, M, BLOCK)):
         arc[rows], way[rows], off[rows] = nearest(course.position, course.arc, tangent, position[rows], expected[rows])
     return Projection(arc, way, off, np.sqrt(dot(off, off)))
 
@@ -290,10 +281,6 @@ def nearest(
         best_arc[nearer] = place[nearer]
         best_way[nearer], best_off[nearer] = way[nearer], off[nearer]
     return best_arc, best_way, best_off
-
-
-def _blocks(count: int) -> Iterator[slice]:
-    return (slice(begin, min(begin + BLOCK, count)) for begin in range(0, count, BLOCK))
 
 
 def components(
