@@ -39,6 +39,7 @@ from compgen.identification.model import ArmModel
 from compgen.identification.outliers import leave_one_out_distance, outlier_threshold, student_weights
 
 STEPS = 10
+SHARES = (1, 1 / 4, 1 / 16, 1 / 64, 1 / 256, 1 / 1024)  # of a step: the first that makes the sum no worse is taken
 ROUNDS = 5  # of setting outliers aside
 SETTLED = 0.1  # change of the poses' share of the noise, over the whole, that needs no further round
 CONVERGED = 1e-10  # m: a step that moves no row further ends the fit
@@ -227,13 +228,11 @@ class _Solver:
                 )
             problem = self._problem(point, w)
             solution = problem.solve(learn_groups=self.learn, learn_noise=self.noise is None)
-            share = 1.0
             cost = self._cost(point, w, solution.scales)
-            while True:
+            for share in SHARES:
                 candidate = self._stepped(point, solution, problem.x, share)
-                if share < 1e-3 or self._cost(candidate, w, solution.scales) <= cost * (1 + 1e-9):
+                if self._cost(candidate, w, solution.scales) <= cost * (1 + 1e-9):
                     break
-                share /= 4
             largest_shift = float(np.abs(candidate.linear.z - point.linear.z).max())
             scales_moved = float(np.abs(np.log(solution.scales.noise / point.scales.noise)[kinds]).max())
             point = candidate
