@@ -221,24 +221,18 @@ def _refitted(
     plainest: KindFit, alike: Sequence[KindFit], function: Residuals, block: IntArray
 ) -> tuple[KindFit, Array, Array]:
     """The plainest kind fitted to all rows, the intervals of its times, and that of sigma over all that are alike."""
+    kind = plainest.kind
+    if not kind.count:
+        return plainest, np.zeros((0, 2)), np.array([0.0, _unseen(function, block)])
     everything = np.ones(len(block), dtype=bool)
-    chosen = fit_kind(plainest.kind, function, everything, block, plainest.numbers) if plainest.kind.count else plainest
-    chosen = KindFit(chosen.kind, chosen.numbers, plainest.held_out)
-    sigmas, intervals = list[float](), np.zeros((plainest.kind.count, 2))
-    if not plainest.kind.count:
-        return chosen, intervals, np.array([0.0, _unseen(function, block)])
-    for fit in alike:
-        numbers = chosen.numbers if fit.kind == chosen.kind else fit.numbers
-        if fit.kind != chosen.kind and (fit.kind.includes(chosen.kind) or chosen.kind.includes(fit.kind)):
-            continue  # a richer or a plainer form of the same
-        spread = covariance(KindFit(fit.kind, numbers, fit.held_out), function, block)
-        drawn = draws(numbers, spread)
-        roots = np.sqrt([variance_of(fit.kind, draw) for draw in drawn])
-        sigmas += [float(v) for v in np.percentile(roots, [2.5, 97.5])]
-        if fit.kind == chosen.kind:
-            times = np.array([times_of(fit.kind, draw) for draw in drawn])
-            intervals = np.percentile(times, [2.5, 97.5], axis=0).T
-    return chosen, intervals, np.array([min(sigmas), max(sigmas)])
+    chosen = replace(plainest, numbers=fit_kind(kind, function, everything, block, plainest.numbers).numbers)
+    # beside it none that is a richer or a plainer form of the same
+    others = [fit for fit in alike if not (fit.kind.includes(kind) or kind.includes(fit.kind))]
+    drawn = {fit.kind: draws(fit.numbers, covariance(fit, function, block)) for fit in (chosen, *others)}
+    roots = [np.sqrt([variance_of(each, draw) for draw in of_kind]) for each, of_kind in drawn.items()]
+    sigmas = np.percentile(roots, [2.5, 97.5], axis=1)
+    times = np.array([times_of(kind, draw) for draw in drawn[kind]])
+    return chosen, np.percentile(times, [2.5, 97.5], axis=0).T, np.array([sigmas.min(), sigmas.max()])
 
 
 def _in_whole_periods(fit: KindFit, intervals: Array, function: Residuals, period: float) -> tuple[KindFit, Array]:
