@@ -9,7 +9,8 @@ All figures stand around a centre c, of size s, in the plane of World's x and y 
     short lines  each 3.15 interpolation periods long: rounded up they take 4, and the speed falls by 21 %
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,22 +34,18 @@ SQUARE = ((0.5, -0.5), (-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, 0.0))  # fro
 REMARKS = ("log positions while this runs:", "cgen identify-motion reads them", "UTOOL 0, UFRAME 0: free space?")
 
 
-@dataclass(frozen=True, slots=True)
-class _Figures:
-    """Positions in sizes from the centre, each with the speed to it, whether it stops, and whether it is a via."""
+class _Position(NamedTuple):
+    """A position in sizes from the centre, the speed to it, whether it stops, and whether it is a via."""
 
-    place: list[tuple[float, float, float]] = field(default_factory=lambda: [(-0.5, 0.0, 0.0)])
-    speed: list[float] = field(default_factory=list)
-    fine: list[bool] = field(default_factory=lambda: [True])
-    via: list[bool] = field(default_factory=lambda: [False])
+    place: tuple[float, float, float]
+    speed: float
+    fine: bool
+    via: bool
 
-    def go(self, places: list[tuple[float, float, float]], speed: float, *, arcs: bool = False) -> None:
-        """To places one after the other without a stop but at the last; of arcs every second one is the end."""
-        for n, place in enumerate(places, 1):
-            self.place.append(place)
-            self.speed.append(speed)
-            self.fine.append(n == len(places))
-            self.via.append(arcs and n % 2 == 1)
+
+def _run(places: Sequence[tuple[float, float, float]], speed: float, *, arcs: bool = False) -> list[_Position]:
+    """To places one after the other without a stop but at the last; of arcs every second one is the end."""
+    return [_Position(place, speed, n == len(places), arcs and n % 2 == 1) for n, place in enumerate(places, 1)]
 
 
 def _square(rounds: int, line: float) -> list[tuple[float, float]]:
@@ -81,21 +78,18 @@ def motion_log_program(robot: Robot, name: str, date: str, centre: Array, size: 
     Raises:
         ImpossibleError: The robot cannot drive it; names the position.
     """
-    figures, over, back = _Figures(), (0.5, 0.0, 0.0), (-0.5, 0.0, 0.0)
+    over, back = (0.5, 0.0, 0.0), (-0.5, 0.0, 0.0)
+    way = _run([back], speed)  # begins there: no move has this speed
     for driven, rounds in ((speed, ROUNDS), (speed / 2, SLOW_ROUNDS)):
-        for _ in range(rounds):
-            figures.go([over], driven)
-            figures.go([back], driven)
+        way += (_run([over], driven) + _run([back], driven)) * rounds
         round_it = _square(rounds, SIDE_LINE * robot.controller.period * speed / size)
         for square in ([(x, y, 0.0) for x, y in round_it], [(x, 0.0, z) for x, z in round_it]):
-            figures.go([over, *square], driven)
-            figures.go(square, driven)
-            figures.go([back], driven)
+            way += _run([over, *square], driven) + _run(square, driven) + _run([back], driven)
     angle = np.pi - np.arange(1, 8 * CIRCLES + 1) * np.pi / 4
-    figures.go([(float(np.cos(a)) / 2, float(np.sin(a)) / 2, 0.0) for a in angle], speed, arcs=True)
+    way += _run([(float(np.cos(a)) / 2, float(np.sin(a)) / 2, 0.0) for a in angle], speed, arcs=True)
     short = BROKEN * robot.controller.period * speed / size
-    figures.go([(x, 0.0, 0.0) for x in np.arange(-0.5 + short, 0.5, short).tolist()], speed)
-    position = centre + size * np.array(figures.place)
+    way += _run([(x, 0.0, 0.0) for x in np.arange(-0.5 + short, 0.5, short).tolist()], speed)
+    position = centre + size * np.array([at.place for at in way])
     rotation = np.tile(DOWN, (len(position), 1, 1))
     theta = follow_branch(robot, Pose(position, rotation), POSTURE)
     return Program(
@@ -109,7 +103,7 @@ def motion_log_program(robot: Robot, name: str, date: str, centre: Array, size: 
         rotation=rotation,
         posture=POSTURE,
         turns=turn_digits(robot, theta),
-        speed=np.array(figures.speed),
-        fine=np.array(figures.fine),
-        via=np.array(figures.via),
+        speed=np.array([at.speed for at in way[1:]]),
+        fine=np.array([at.fine for at in way]),
+        via=np.array([at.via for at in way]),
     )
