@@ -149,8 +149,7 @@ def posterior(
         noise = _noise(channels, scales, x, C) if learn_noise else scales.noise
         moved = np.abs(np.log(np.concatenate([lam / scales.group, noise / scales.noise]))).max()
         scales = Scales(lam, noise, scales.rho)
-        if moved < CONVERGED:
-            learning = False
+        learning = moved >= CONVERGED
     misfit = sum(
         n.rows * np.log(2 * np.pi * scales.noise[n.kind]) + _squares(n, x) / scales.noise[n.kind] for n in channels
     )

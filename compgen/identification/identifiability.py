@@ -53,16 +53,7 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     """Singular values, correlations and condition numbers of a fit's scaled Jacobian."""
     K = int(fitted.active.sum())
     rows = scaled_rows(data, fitted)
-    frames_condition = _condition_of_frames(data, fitted, K)
     index = np.flatnonzero(fitted.active)
-    if K == 0:
-        return Identifiability(
-            singular_values=np.zeros(0),
-            held_by_prior=(),
-            correlated=(),
-            condition=1.0,
-            frames_condition=frames_condition,
-        )
     _, group = model.groups()
     spread = np.sqrt(fitted.posterior.scales.group[group[fitted.active]])
     S = _freed(rows[:, :K] * spread, rows[:, K:])
@@ -73,13 +64,13 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     correlation = correlations(fitted)
     upper = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
     correlated = tuple((int(index[i]), int(index[j]), float(correlation[i, j])) for i, j in upper.tolist())
-    condition = float(above_prior[0] / above_prior[-1]) if len(above_prior) else float("inf")
+    condition = float(above_prior[0] / above_prior[-1]) if len(above_prior) else float("inf") if K else 1.0
     return Identifiability(
         singular_values=np.asarray(singular, dtype=float),
         held_by_prior=held_by_prior,
         correlated=correlated,
         condition=condition,
-        frames_condition=frames_condition,
+        frames_condition=_condition_of_frames(data, fitted, K),
     )
 
 

@@ -264,9 +264,7 @@ def _known_places(data: Measurements, size: int) -> tuple[Array, Array]:
     known = np.flatnonzero(np.isfinite(data.fixed.place[:, 0]))
     weight = np.repeat(PRIOR / np.maximum(data.fixed.sigma[known], PRIOR), 3)
     columns = size - 3 * S + (3 * known[:, None] + np.arange(3)).ravel()
-    rows = np.zeros((3 * len(known), size))
-    rows[np.arange(len(columns)), columns] = weight
-    return rows, weight * data.fixed.place[known].ravel()
+    return weight[:, None] * np.eye(size)[columns], weight * data.fixed.place[known].ravel()
 
 
 def _with_distances(

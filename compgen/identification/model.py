@@ -205,8 +205,10 @@ def _warm_up_expr(states: Sequence[int], rise: Any, warm: Any) -> tuple[list[Any
     for n, k in enumerate(states):
         x, y = ca.SX.sym(f"log_tau_{k}"), ca.SX.sym(f"rise_{k}")
         symbols += [x, y]
-        parameters.append(_of_warm_up("log_tau", n, "log_tau", 1.0, "tau"))
-        parameters.append(_of_warm_up("rise", k, "rise_over_typical", 1.0, "rise"))
+        parameters += [
+            _of_warm_up("log_tau", n, "log_tau", 1.0, "tau"),
+            _of_warm_up("rise", k, "rise_over_typical", 1.0, "rise"),
+        ]
         rises[k] = rises[k] + WARM_RISE * (1 + y) * (1 - ca.exp(-warm / (WARM_TAU * ca.exp(x))))
     return symbols, parameters, ca.vertcat(*rises)
 

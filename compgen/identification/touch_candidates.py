@@ -160,13 +160,12 @@ def _drive(
     theta = legal_turns(robot, nearest_turns(theta, np.broadcast_to(near, theta.shape)))
     flange = flange_from_tool(pose, probe.centre)
     wrist = flange.position - np.cos(robot.alpha[5]) * robot.d[5] * flange.rotation[:, :, 2]
-    good = (theta >= robot.lower).all(axis=1) & (theta <= robot.upper).all(axis=1)
-    good &= (
-        robot.is_clear(theta)
+    good = (
+        ((theta >= robot.lower) & (theta <= robot.upper)).all(axis=1)
         & (margin > robot.elbow_margin)
         & (np.hypot(wrist[:, 0], wrist[:, 1]) > robot.shoulder_margin)
+        & (np.abs(theta[:, 4]) > robot.wrist_margin)
     )
-    good &= np.abs(theta[:, 4]) > robot.wrist_margin
     if robot.interference is not None:
         good &= robot.interference.clearance(theta) > 0
     theta = theta.reshape(K, count, 6)
@@ -178,11 +177,8 @@ def _clear(targets: Targets, probe: Probe, target: IntArray, position: Array, ro
     """Which ways keep the probe's stem clear of the other targets and the stems below them, (K,)."""
     to_flange = np.einsum("kij,j->ki", rotation, probe.centre.position)
     other = np.arange(len(targets.name)) != target[:, None]
-    clear = np.ones(len(position), dtype=bool)
-    for stage in (1, 2):
-        gap = _gaps(targets, probe, position[:, stage], position[:, stage] - to_flange)
-        clear &= ~((gap < STEM_GAP) & other).any(axis=1)
-    return clear
+    gaps = [_gaps(targets, probe, position[:, stage], position[:, stage] - to_flange) for stage in (1, 2)]
+    return np.asarray(~((np.min(gaps, axis=0) < STEM_GAP) & other).any(axis=1))
 
 
 def stem_gap(robot: Robot, targets: Targets, probe: Probe, theta: Array) -> Array:
