@@ -124,13 +124,14 @@ def _named_ends(
     """Names of the reflectors on the flange, and of the places that stand in the cell."""
     on_flange = [*a_name, *(name for name, c in zip(b_name, carried, strict=True) if c)]
     standing = [name for name, c in zip(b_name, carried, strict=True) if not c]
-    for n, name in enumerate(b_name):
-        if not carried[n] and name in on_flange:
-            raise InputError(
-                f"{table.location(n, FAR[0] if table.has(FAR[0]) else 'b_target')}: {quote_cell(name, 'the target')} "
-                "is on the flange in other rows, and stands in the cell where the second end has no joints; give the "
-                "joints, or another name"
-            )
+    table.refuse_first(
+        np.isin(b_name, on_flange) & ~carried,
+        FAR[0] if table.has(FAR[0]) else "b_target",
+        lambda n: (
+            f"{quote_cell(b_name[n], 'the target')} is on the flange in other rows, and stands in the cell where the "
+            "second end has no joints; give the joints, or another name"
+        ),
+    )
     return tuple(dict.fromkeys(on_flange)), tuple(dict.fromkeys(standing))
 
 

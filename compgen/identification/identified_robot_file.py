@@ -56,11 +56,10 @@ def robot_text(
     Raises:
         InputError: The file's tables are laid out in a way that cannot be updated.
     """
-    sources = {"box": box_table(box)}
-    for entry in known:
-        if entry.sigma:
-            sources[entry.source.NAME] = {**source_table(entry), "provenance": provenance}
-    return _updated(text, {"identified": record}, sources, _MEND)
+    identified = {
+        entry.source.NAME: {**source_table(entry), "provenance": provenance} for entry in known if entry.sigma
+    }
+    return _updated(text, {"identified": record}, {"box": box_table(box), **identified}, _MEND)
 
 
 def text_with_sources(text: str, sources: Mapping[str, Any]) -> str:
@@ -226,26 +225,22 @@ def sensorless_nodes(model: ArmModel, fitted: Fit, names: Sequence[str]) -> list
         fitted: The fit that was selected.
         names: Of the heat model's nodes.
     """
-    numbers = {
-        (p.field, p.index[0]): k
-        for k, p in enumerate(model.parameters)
-        if p.source == "warm_up" and p.field in ("height", "lag") and fitted.active[k]
-    }
+    free = [(p, k) for k, p in enumerate(model.parameters) if p.source == "warm_up" and fitted.active[k]]
+    heights, lags = ({p.index[0]: k for p, k in free if p.field == field} for field in ("height", "lag"))
     nodes = []
-    for field, k in numbers:
-        if field == "height":
-            at, lag = numbers["height", k], numbers["lag", k]
-            factors = 1 + float(fitted.p[at]), float(np.exp(fitted.p[lag]))
-            is_plausible = factors[0] > 0 and bool((np.abs(fitted.p) <= PLAUSIBLE * model.prior)[[at, lag]].all())
-            node = SensorlessNode(
-                name=names[k],
-                height=factors[0],
+    for node, at in heights.items():
+        lag, height = lags[node], 1 + float(fitted.p[at])
+        is_plausible = height > 0 and bool((np.abs(fitted.p) <= PLAUSIBLE * model.prior)[[at, lag]].all())
+        nodes.append(
+            SensorlessNode(
+                name=names[node],
+                height=height,
                 height_sigma=float(fitted.sigma[at]),
-                lag=factors[1],
+                lag=float(np.exp(fitted.p[lag])),
                 is_plausible=is_plausible,
                 is_known=is_plausible and bool(fitted.gamma[at] > LEAST),
             )
-            nodes.append(node)
+        )
     return nodes
 
 
@@ -348,12 +343,11 @@ def _width_sigmas(
 ) -> dict[str, float]:
     """Standard deviations of the widths of joints that play [rad], by name: from runs, else what is assumed of any."""
     motion = identification.lost_motion
-    sigmas = {}
-    for known in identification.known:
-        if not (isinstance(known.source, DirectionDependent) and "backlash" in known.sigma):
-            continue
-        for i in np.flatnonzero(known.sigma["backlash"]).tolist():
-            name = f"{known.source.NAME}.width_mdeg[{i + 1}]"
-            of_log = SPREAD if motion is None else min(float(motion.width_sigma[i]), SPREAD)
-            sigmas[name] = numbers[name][1] * of_log
-    return sigmas
+    of_log = np.full(6, SPREAD) if motion is None else np.minimum(motion.width_sigma, SPREAD)
+    joints = {
+        f"{known.source.NAME}.width_mdeg[{i + 1}]": i
+        for known in identification.known
+        if isinstance(known.source, DirectionDependent) and "backlash" in known.sigma
+        for i in np.flatnonzero(known.sigma["backlash"]).tolist()
+    }
+    return {name: numbers[name][1] * float(of_log[i]) for name, i in joints.items()}

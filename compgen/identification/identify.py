@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core import stages
-from compgen.core.arrays import Array, nine_digits
+from compgen.core.arrays import Array, column_extremes, nine_digits
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_vector
@@ -173,7 +173,7 @@ def identify(
     identifiability = assess_identifiability(model, data, selected.fit)
     chosen = [source for source in sources if is_fitted(source, selected)]
     limits = assess_fit_limits(model, data, selected.fit, temperatures=temperatures)
-    measured, whole = _ranges(data.theta), np.column_stack([robot.lower, robot.upper])
+    measured, whole = np.column_stack(column_extremes(data.theta)), np.column_stack([robot.lower, robot.upper])
     here, anywhere = (taught_sigma(model, selected.fit, nodes, joints) for joints in (measured, whole))
     findings = [
         *verdict_findings(robot, model, data, candidates[0], selected, identifiability, moved),
@@ -196,7 +196,7 @@ def identify(
         identifiability=identifiability,
         findings=tuple(findings),
         known=fitted_sources(known, sources, model, selected.fit, temperatures=temperatures),
-        box=_ranges(robot.to_pendant(data.theta)),
+        box=np.column_stack(column_extremes(robot.to_pendant(data.theta))),
         taught_sigma=(here, anywhere),
         lost_motion=lost_motion,
         limits=limits,
@@ -270,11 +270,6 @@ def _with_measured_widths(
     """The sources with what reversal runs say of lost motion, and that; as they are where there is no run."""
     lost_motion = fit_lost_motion(data, reversal_widths([s.source for s in sources]))
     return (sources if lost_motion is None else with_lost_motion(sources, lost_motion)), lost_motion
-
-
-def _ranges(joints: Array) -> Array:
-    """The least and the largest angle of each joint of rows (N, 6), (6, 2)."""
-    return np.column_stack([joints.min(axis=0), joints.max(axis=0)])
 
 
 def _left(

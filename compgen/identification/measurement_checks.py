@@ -333,23 +333,22 @@ def readings(coupling: int) -> list[JointReading]:
         coupling: Of J2 in theta_3 by the robot file, 1 or -1 where J3 counts against the horizontal, 0 where alone.
     """
     still, unit = np.zeros(6), np.eye(6)
+    of_j2 = np.outer(unit[2], unit[1])  # in theta_3
     signs = [
         JointReading(f"J{k + 1} fits with the opposite sign", unit - 2 * np.diag(unit[k]), still) for k in range(6)
     ]
-    coupled = []
-    for more in (-coupling, coupling, -2 * coupling) if coupling else (-1, 1):
-        matrix, of = unit.copy(), coupling + more
-        matrix[2, 1] = more
-        words = COUPLED[of] if of in COUPLED else f"{COUPLED[coupling]}, which the robot file has already"
-        coupled.append(JointReading(words, matrix, still))
+    twice = f"{COUPLED[coupling]}, which the robot file has already" if coupling else ""
+    coupled = [
+        JointReading(COUPLED.get(coupling + more, twice), unit + more * of_j2, still)
+        for more in ((-coupling, coupling, -2 * coupling) if coupling else (-1, 1))
+    ]
     turned = [
         JointReading(f"J{k + 1} fits with its zero turned by {turn:+d} deg", unit, unit[k] * turn * DEG)
         for k in range(6)
         for turn in (-90, 90, 180)
     ]
     if coupling:  # the sign of theta_2 alone: theta_3 keeps its own
-        alone = unit - 2 * np.diag(unit[1])
-        alone[2, 1] = 2.0 * coupling
+        alone = unit - 2 * np.diag(unit[1]) + 2 * coupling * of_j2
         signs.insert(2, JointReading(f"{signs[1].words}, and J3 as it is against the horizontal", alone, still))
     swapped = [
         JointReading(f"J{i + 1} and J{j + 1} fit exchanged", unit[exchanged(6, i, j)], still)

@@ -28,10 +28,9 @@ def touches_csv(planned: PlannedTouches, touches: TouchPositions, *, stops: bool
     for n, (row, normal) in enumerate(zip(numbers, planned.ways.normal.tolist(), strict=True)):
         place = [""] * 3 if read_place else [f"{v:.{touches.decimals}f}" for v in row[:3]]
         turn = [f"{v:.{touches.decimals}f}" for v in row[3:]]
-        cells = ["", touches.name[n], *place, *turn, f'"{_config(touches, n)}"']
-        if sided:
-            cells += [*(f"{v + 0.0:.9g}" for v in normal), ""]
-        lines.append(",".join([*cells, f"{planned.sigma / UM:g}"]))
+        way = [*(f"{v + 0.0:.9g}" for v in normal), ""] if sided else []
+        cells = ["", touches.name[n], *place, *turn, f'"{_config(touches, n)}"', *way, f"{planned.sigma / UM:g}"]
+        lines.append(",".join(cells))
     return ("\n".join(lines) + "\n").encode()
 
 

@@ -65,7 +65,7 @@ def sources_of(band: LiveBand) -> list[str]:
 
 
 def _slider(slider: Slider, live_job: LiveJob) -> dict[str, Any]:
-    record: dict[str, Any] = {
+    return {
         "kind": slider.kind,
         "key": slider.key,
         "low": slider.low,
@@ -77,10 +77,8 @@ def _slider(slider: Slider, live_job: LiveJob) -> dict[str, Any]:
         "knots": list(slider.knots),
         "unit": slider.unit.replace("deg", "°").replace("um", "µm"),
         "spoken": CELSIUS_SPOKEN.get(slider.unit, slider.unit),
+        **({"when": [_when(float(t)) for t in live_job.live.cycle.run]} if slider.kind == "run" else {}),
     }
-    if slider.kind == "run":
-        record["when"] = [_when(float(t)) for t in live_job.live.cycle.run]
-    return record
 
 
 def _when(time: float) -> str:

@@ -47,9 +47,8 @@ def file_names(files: object, argument: str, what: str) -> list[str]:
     """Names of one file or of several; none of None."""
     if files is None:
         return []
-    if isinstance(files, list | tuple):
-        return [file_name(file, argument, what) for file in files]
-    return [file_name(files, argument, what)]
+    listed = files if isinstance(files, list | tuple) else [files]
+    return [file_name(file, argument, what) for file in listed]
 
 
 def instance(value: object, kind: type[T], argument: str, mend: str) -> T:
