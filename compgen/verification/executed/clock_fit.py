@@ -14,10 +14,17 @@ from itertools import pairwise
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, norm, owns
-from compgen.verification.executed.clock_rates import SAME_RATE, Stretch, Windows, window_rates
+from compgen.verification.executed.clock_rates import (
+    SAME_RATE,
+    Stand,
+    Stretch,
+    Windows,
+    all_at_rest,
+    standing_rows,
+    window_rates,
+)
 from compgen.verification.executed.course import NODE, STRAIGHT, PlannedRuns, ProgramCourse, planned_runs
 from compgen.verification.executed.overrides import timed_log
-from compgen.verification.executed.stands import Stand, all_at_rest, standing_rows
 
 RAMP_TIME = 0.7  # [s] at both ends of a run that are left out, if its ramps take no more
 SETTLING = 0.3  # [s] beside a ramp, until a smoothed motion is steady

@@ -1,4 +1,4 @@
-"""The rate of a course's clock over a log, and the stretches in which it is the same.
+"""The rate of a course's clock over a log, the stretches in which it is the same, and the rows in which it stands.
 
 Rates are fitted in windows of one run each, by least squares; a change of override is where the windows' rates change
 to another level and stay there. Levels are sought by the best of all partitions, a price on each edge.
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, cumulated
+from compgen.verification.executed.course import ProgramCourse
 
 WINDOW = 0.25  # [s] least
 WINDOW_ROWS = 8
@@ -18,6 +19,10 @@ FINEST_RATE = 2e-4  # scatter of rates that is taken as none
 LEAST_STRETCH = 3  # windows
 BRIEF = 3.0  # [s] that an operator leaves an override at least
 SLIGHT = 0.1  # of a rate: shorter stretches that differ by less are the controller's own
+STANDING = 0.03  # of the written speed
+LEAST_STAND = 0.12  # s
+STAND_BIN = 0.04  # s
+RESTING_ROWS = 20  # beside the bins of a stand that may rest as well: a bin of the finest log
 LONG_RUN = 2.4  # [s] of a run whose rate is sure; shorter ones count where there are no others
 
 
@@ -41,6 +46,18 @@ class Stretch:
     def override(self) -> float:
         """The override in whole percent, as controllers have it, as a share."""
         return min(max(round(100 * self.rate), 1), 100) / 100
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stand:
+    """Where the robot stood for longer than the program says, or where the program waits."""
+
+    time: float  # [s] log's clock at the first row that rests there; the last steady one where none does
+    arc: float  # [m]
+    stood: float  # [s] that rows rest there
+    beyond: float  # [s] that the stop cost beyond its assumed ramps and ``planned``
+    planned: float  # [s] that the program waits there
+    at_stop: bool  # where the program stops; else it was held
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -145,3 +162,23 @@ def _merged(windows: Windows, edges: list[int], noise: float) -> list[int]:
         else:
             break
     return edges
+
+
+def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:
+    """First and last row of each time that the robot stands, by bins of a fixed length in time."""
+    width = max(STAND_BIN, 3 * float(np.median(np.diff(time))))
+    edges = np.unique(np.append(np.searchsorted(time, np.arange(time[0], time[-1], width)), len(time) - 1))
+    moved, span = np.abs(np.diff(arc[edges])), np.diff(time[edges])
+    cruise = np.abs(np.diff(course.at(course.cruise, arc[edges])))
+    still = (moved <= 8 * noise + 1e-6) & (cruise <= STANDING * span) | (moved < 1e-6)
+    begins = np.flatnonzero(still & ~np.append(False, still[:-1]))
+    ends = np.flatnonzero(still & ~np.append(still[1:], False)) + 1
+    rows = np.column_stack([edges[begins], edges[ends]])
+    return [(a, b) for a, b in rows.tolist() if time[b] - time[a] >= LEAST_STAND]
+
+
+def all_at_rest(arc: Array, first: int, last: int, reach: float) -> tuple[int, int]:
+    """First and last row of a stand with the rows beside its bins that lie where it does, within a reach [m]."""
+    begin, place = max(first - RESTING_ROWS, 0), float(np.median(arc[first : last + 1]))
+    rows = begin + np.flatnonzero(np.abs(arc[begin : last + RESTING_ROWS + 1] - place) <= reach)
+    return int(min(first, rows[0])), int(max(last, rows[-1]))
