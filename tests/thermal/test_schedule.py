@@ -247,6 +247,40 @@ def test_air_that_does_not_reach_over_the_day_is_told(tmp_path, first, last, sai
     assert [f.message for f in load_job(str(tmp_path / "p.toml")).input_findings] == said
 
 
+def with_air_file(folder, rows, *overrides):
+    """A job whose air is a table of its own."""
+    (folder / "air.csv").write_text(rows)
+    (folder / "p.toml").write_text(Path(PATH).read_text() + '\n[ambient]\nkind = "csv"\nfile = "air.csv"\n')
+    return load_job(str(folder / "p.toml"), overrides=[*overrides])
+
+
+@pytest.mark.parametrize("clock", [0, 6, 9.5])
+def test_clock_times_of_the_air_are_those_of_the_day(tmp_path, clock):
+    """Warm from noon to three; a day from six o'clock on was as cold as its morning."""
+    hours = {6: 20, 11: 20, 12: 24, 15: 24, 16: 20, 23: 20}
+    rows = "".join(f"{h:02}:00:00,{air}\n" for h, air in hours.items())
+    off = [f"ambient.clock_h={clock}", f'before=[{{state="off", duration_h={14 - clock}}}]']
+    by_clock = with_air_file(tmp_path, "Time,air [degC]\n" + rows, *off)
+    seconds = "".join(f"{(h - clock) * 3600:g},{air}\n" for h, air in hours.items() if h >= clock)
+    by_hand = with_air_file(tmp_path, f"time_s,ambient_degC\n{seconds}", *off)
+    assert_allclose(by_clock.start_rise(), by_hand.start_rise(), atol=1e-12)
+    assert by_clock.start_rise().min() > 0.3  # K, two hours after it became warm
+
+
+@pytest.mark.parametrize("moment", ["2026-11-03 {}:00:00", "{}:00:00"])
+def test_air_of_another_day_is_refused(tmp_path, moment):
+    """Of dates it was said that they *begin 2.35e+05 h into the day*, and the air stayed as it began."""
+    rows = "Time,air [degC]\n" + "".join(f"{moment.format(hour)},{air}\n" for hour, air in (("06", 20), ("09", 24)))
+    day = ("ambient.clock_h=10", 'before=[{state="off", duration_h=8}]')
+    with pytest.raises(
+        InputError, match=r"air\.csv: its times, .* h from the first \[\[before\]\] on, are none of the day"
+    ):
+        with_air_file(tmp_path, rows, *day)
+    cycle = 'cycle=[{state="off", duration_h=1}]'
+    with pytest.raises(InputError, match="its times, 10 to 12 h"):
+        with_air_file(tmp_path, "time_s,ambient_degC\n36000,20\n43200,24\n", *day, cycle)
+
+
 def test_ramp_and_csv_of_the_same_air_agree(tmp_path):
     (tmp_path / "air.csv").write_text("time_s,ambient_degC\n0,20\n7200,\n10800,26\n21600,26\n")
     (tmp_path / "p.toml").write_text(Path(PATH).read_text() + '\n[ambient]\nkind = "csv"\nfile = "air.csv"\n')

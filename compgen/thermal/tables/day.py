@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.core.units import HOUR, MINUTE, MM
+from compgen.core.units import DAY, HOUR, MINUTE, MM
 from compgen.thermal import Ambient, still_air
 from compgen.thermal.log_doubt import distance_from_cold, lukewarm, refuse_doubtful, refuse_warm_start
 from compgen.thermal.model import ArmHeat
@@ -122,7 +122,8 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
         log = read_temperature_log(source, (), {}, air=True)
         if log.ambient is None:
             raise InputError(f"{source}: it has no column ambient_degC; add it")
-        return Ambient(log.time, log.ambient - zero)
+        is_clock = log.table.recorded is not None and "time_s" not in log.table.recorded.columns  # since midnight
+        return Ambient(log.time - table.clock_h * HOUR * is_clock, log.ambient - zero)
     return still_air(level)
 
 
@@ -134,11 +135,20 @@ def notes_of_air(table: sh.AmbientTable, where: str) -> tuple[str, ...]:
 
 
 def held_air(table: sh.AmbientTable, air: Ambient, history: History) -> tuple[str, ...]:
-    """Notes that a CSV of the air does not reach over the day, and what is taken there."""
+    """Notes that a CSV of the air does not reach over the day, and what is taken there.
+
+    Raises:
+        InputError: It is of another day.
+    """
     if table.kind != "csv":
         return ()
     lasts = sum(duty.duration for part in (history.before, history.cycle, history.after) for duty in part)
     (first, last), (low, high) = air.time[[0, -1]], air.rise[[0, -1]] + table.reference_degC
+    if last < 0 or first > lasts + (0.0 if history.cycle else DAY):  # which a program by itself is shorter than
+        raise InputError(
+            f"{table.file}: its times, {first / HOUR:.3g} to {last / HOUR:.3g} h from the first [[before]] on, are "
+            f"none of the day's {lasts / HOUR:.3g} h; write time_s from there, or clock times, and ambient.clock_h"
+        )
     notes = []
     if first > MINUTE:
         begins = f"it begins {first / HOUR:.3g} h into the day"

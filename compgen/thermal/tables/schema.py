@@ -61,7 +61,7 @@ class AmbientTable(Table):
     reference_degC: Celsius = 20.0
     """Temperature at which the robot was calibrated: every rise counts from it."""
     clock_h: Annotated[FiniteFloat, Field(ge=0, lt=24)] = 0.0
-    """Hour of the day at which the first [[before]] begins."""
+    """Hour of the day at which the first [[before]] begins: shifts, a wave and clock times of a csv count by it."""
     value_degC: Celsius | None = None
     """constant: the temperature; wave: its mean; default reference_degC."""
     from_degC: Celsius | None = None
@@ -77,7 +77,7 @@ class AmbientTable(Table):
     peak_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)] | None = None
     """wave: hour of the highest temperature; default 15."""
     file: str | None = None
-    """csv: file beside the path file with the columns time_s, ambient_degC."""
+    """csv: file beside the path file: ambient_degC by time_s from the first [[before]] on, or by clock times."""
 
     @property
     def is_given(self) -> bool:
