@@ -44,8 +44,9 @@ class Stretch:
 
     @property
     def override(self) -> float:
-        """The override in whole percent, as controllers have it, as a share."""
-        return min(max(round(100 * self.rate), 1), 100) / 100
+        """The override in whole percent, as controllers have it, as a share; of some that drive alike the nearest."""
+        low, high = self.alike if self.alike[0] < self.alike[1] else (1, 100)
+        return min(max(round(100 * self.rate), low), high) / 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

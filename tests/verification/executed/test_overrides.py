@@ -73,6 +73,19 @@ def test_overrides_of_equal_and_other_lines_are_right_or_named_with_those_that_d
     assert not {"executed.periods", "executed.override_changed"} & {f.code for f in run.findings}
 
 
+def test_the_override_that_is_said_is_one_of_those_that_drive_alike(tmp_path, counting):
+    """Lines of two periods, and of three, each a period longer than at any override: *69 % (57 to 66 %)* was said."""
+    points = chords(LINES["3.2 mm"])
+    fine = [True, *[False] * (len(points) - 2), True]
+    run = judged(tmp_path, counting, points, 200, fine, lasts(points, 200, 1.0) + PERIOD)
+    (stretch,) = run.clock.stretches
+    low, high = stretch.alike
+    assert low < high
+    assert low <= 100 * stretch.override <= high
+    (finding,) = [f for f in run.findings if f.code == "executed.override"]
+    assert f"at {100 * stretch.override:.0f} % ({low} to {high} % drive these lines alike)" in finding.message
+
+
 def test_a_change_of_override_is_seen_where_each_half_rounds_otherwise(tmp_path, counting):
     """A hundred lines of 13.75 periods at 60 % (23 periods) and as many at 100 % (14), without a stop between."""
     points = chords(np.full(200, 22.0))
