@@ -135,7 +135,7 @@ class AnchorTable(Table):
     base_mdeg: Three | None = None
     """Of the base's turn about World x, y, z; left out: what moves the part's edge by as much."""
     drifting: Annotated[dict[Annotated[str, Field(max_length=120)], Sigma], Field(max_length=50)] = {}
-    """Of numbers of this file by their names, as { "joint_zeros.offset_mdeg[2]" = 0.5 }, in the unit that each says."""
+    """Of numbers of this file, counted from 1 (--set: 0), in their units: { "joint_zeros.offset_mdeg[2]" = 0.5 }."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
