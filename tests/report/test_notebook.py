@@ -130,6 +130,14 @@ def test_the_files_of_generate_are_those_of_the_command_line(tmp_path, path):
     assert compgen.generate(job).files() == files_in(tmp_path / "g")
 
 
+@pytest.mark.parametrize("date", ["26-05-04", "26-01-01"])
+def test_a_date_stands_on_the_page_as_the_command_line_has_it(tmp_path, date):
+    assert run("generate", LINE, "-o", tmp_path / "g", "-q", "--date", date).returncode == 0
+    files = compgen.generate(compgen.load_job(LINE), date=date).files()
+    assert files == files_in(tmp_path / "g")
+    assert f"20{date}".encode() in files["report.html"]
+
+
 def test_the_files_of_predict_are_those_of_the_command_line(tmp_path, prediction):
     assert run("predict", LINE, "-o", tmp_path / "p", "-q").returncode == 0
     assert prediction.files() == files_in(tmp_path / "p")
@@ -341,7 +349,7 @@ BAD = [
     (compgen.predict, (JOB,), {"workers": 1.5}, "workers: 1.5"),
     (compgen.generate, (JOB.robot,), {}, "is no Job"),
     (compgen.generate, (JOB,), {"date": "2026-13-01"}, "--date 2026-13-01: not a date YY-MM-DD"),
-    (compgen.generate, (JOB,), {"date": None}, "date: None is no text"),
+    (compgen.generate, (JOB,), {"date": 260131}, "date: 260131 is no text"),
     (compgen.generate, (JOB,), {"pages": "no"}, "pages: 'no' is no bool"),
     (compgen.read_program, (None,), {}, "file: None is no file's name"),
     (compgen.read_program, ("nowhere.LS",), {}, "nowhere.LS: cannot be read"),

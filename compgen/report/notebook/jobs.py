@@ -34,6 +34,7 @@ from compgen.report.notebook.arguments import (
     text_of,
 )
 from compgen.report.notebook.machine import data_frame, log_result, machine, plotly_figure
+from compgen.report.page import PLAIN, PageOptions
 from compgen.report.waypoints_csv import at_waypoints, waypoint_columns
 from compgen.robot.robot import Robot
 from compgen.verification.verdict import Verdict
@@ -184,6 +185,7 @@ class GeneratedProgram(_OfJob):
 
     corrected: Corrected  # the whole result, for who needs more
     error_after: Array  # (N, 3) [m] in World: what the twin did with the written text
+    options: PageOptions = PLAIN  # of its page: the date that was given
 
     @property
     def text(self) -> bytes:
@@ -244,7 +246,7 @@ class GeneratedProgram(_OfJob):
         written = self.corrected.is_usable or force
         return {
             **(self.programs if written else {}),
-            **_report_files(self.planned, self.corrected, with_program=written),
+            **_report_files(self.planned, self.corrected, self.options, with_program=written),
         }
 
     def __repr__(self) -> str:
@@ -280,7 +282,7 @@ def predict(job: Job, progress: Progress | None = None, workers: int | None = No
 
 def generate(
     job: Job,
-    date: str = DEFAULT_DATE,
+    date: str | None = None,
     *,
     pages: bool = True,
     progress: Progress | None = None,
@@ -290,7 +292,7 @@ def generate(
 
     Args:
         job: The planned program.
-        date: In the program's header, YY-MM-DD.
+        date: In the program's header and on the page, YY-MM-DD; None: the header has 26-01-01, the page none.
         pages: Whether a program that is more than the controller holds in one file becomes pages.
         progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
         workers: Threads; all cores unless said. The numbers are the same for any number.
@@ -303,10 +305,10 @@ def generate(
     """
     require_unchanged(instance(job, Job, "generate", JOB))
     instance(pages, bool, "pages", "give True or False")
-    header_date = checked_date(text_of(date, "date", "give YY-MM-DD, as '26-01-31'"))
+    given = "" if date is None else checked_date(text_of(date, "date", "give YY-MM-DD, as '26-01-31'"))
     report_progress = progress_of(progress)
     with machine(workers):
-        planned, corrected = pipeline.generate(job, report_progress, header_date, pages=pages)
+        planned, corrected = pipeline.generate(job, report_progress, given or DEFAULT_DATE, pages=pages)
         result = GeneratedProgram(
             job,
             planned,
@@ -314,14 +316,17 @@ def generate(
             job_summary(planned, corrected),
             frozen(planned.error()),
             frozen(at_waypoints(corrected, slice(None))),
+            PageOptions(f"20{given}") if given else PLAIN,
         )
     log_result(job.name, result)
     return result
 
 
-def _report_files(planned: Planned, corrected: Corrected | None, *, with_program: bool = True) -> dict[str, bytes]:
+def _report_files(
+    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN, *, with_program: bool = True
+) -> dict[str, bytes]:
     with machine(None):
-        reports = job_reports(planned, corrected, with_program=with_program)
+        reports = job_reports(planned, corrected, options, with_program=with_program)
         return {name: _joined(content) for name, content in reports.items()}
 
 
