@@ -44,6 +44,15 @@ def test_reach_and_limits_are_those_of_the_data_sheet():
     assert sheet("m20ia")["wrist_reach_mm"]["outward"] == pytest.approx(1811, abs=1.5)  # as its maker says
 
 
+@pytest.mark.parametrize("robot", ["m710ic50", "m20ia"])
+def test_an_arm_that_stretches_out_reaches_as_far_as_its_links_are_long(robot):
+    """Straight ahead and straight up, a1 + a2 + |a3, d4| and a2 + |a3, d4|: a grid of joints alone was 0.3 mm short."""
+    dh = tomllib.loads((ROOT / "robots" / f"{robot}.toml").read_text())["dh"]
+    stretched = dh["a_mm"][1] + np.hypot(dh["a_mm"][2], dh["d_mm"][3])
+    reach = sheet(robot)["wrist_reach_mm"]
+    assert [reach["outward"], reach["high"]] == pytest.approx([dh["a_mm"][0] + stretched, stretched], abs=0.0501)
+
+
 @pytest.mark.parametrize("robot", SHIPPED)
 def test_every_shipped_arm_has_a_sheet_and_a_picture(robot, tmp_path):
     result = run("inspect-robot", robot, "-o", tmp_path / "o")

@@ -3,6 +3,7 @@
 A robot file for other software: its arm, identified or not, cold or with its nodes at given rises.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,7 @@ from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.kinematics import flange_pose, frames_at_zero, joint_places
 from compgen.robot.robot import Robot
 
-STEPS = 121  # of each joint's range, where reach is looked for
+STEPS, ROUNDS = 61, 3  # of each joint's range, where reach is looked for, and how often closer
 TURN = 30.0  # deg by which each joint is turned for the table
 DOWN = -90.0  # deg of J5 that bring the tool of FANUC's layout to point down
 MIXED = (20.0, -15.0, 10.0, 25.0, -70.0, 40.0)  # deg: a pose in which every joint shows
@@ -113,17 +114,31 @@ def _pose(robot: Robot, joints: tuple[float, ...], *, known: bool) -> PendantPos
 
 
 def _reach(robot: Robot) -> WristReach:
-    """Over a grid of joints 2 and 3, joint 1 at zero; the pendant's coupling is in the limits of theta."""
-    second, third = (np.linspace(robot.lower[k], robot.upper[k], STEPS) for k in (1, 2))
-    theta = np.tile(robot.pendant_zero, (STEPS**2, 1))
-    theta[:, 1], theta[:, 2] = (g.ravel() for g in np.meshgrid(second, third))
-    wrist = joint_places(robot, theta)[:, WRIST]
-    away = np.hypot(wrist[:, 0], wrist[:, 1])
-    before = wrist[:, 0] > 0
+    """Joint 1 at zero; the pendant's coupling is in the limits of theta."""
+
+    def away(wrist: Array) -> Array:
+        return np.hypot(wrist[:, 0], wrist[:, 1])
+
+    inward = _most(robot, lambda wrist: np.where(wrist[:, 0] > 0, -away(wrist), -np.inf))
     return WristReach(
-        float(away.max()), float(wrist[:, 2].min()), float(wrist[:, 2].max()),
-        float(away[before].min()) if before.any() else 0.0,
-    )  # fmt: skip
+        outward=_most(robot, away),
+        low=-_most(robot, lambda wrist: -wrist[:, 2]),
+        high=_most(robot, lambda wrist: wrist[:, 2]),
+        inward=-inward if np.isfinite(inward) else 0.0,
+    )
+
+
+def _most(robot: Robot, measure: Callable[[Array], Array]) -> float:
+    """The most of a measure of wrist centres (M, 3), on grids of joints 2 and 3, each about the best of the last."""
+    lower, upper = robot.lower[1:3], robot.upper[1:3]
+    low, high = lower, upper
+    for _ in range(ROUNDS):
+        theta = np.tile(robot.pendant_zero, (STEPS**2, 1))
+        theta[:, 1:3] = np.stack(np.meshgrid(*np.linspace(low, high, STEPS).T), axis=-1).reshape(-1, 2)
+        value = measure(joint_places(robot, theta)[:, WRIST])
+        best, step = theta[np.argmax(value), 1:3], (high - low) / (STEPS - 1)
+        low, high = np.maximum(best - step, lower), np.minimum(best + step, upper)
+    return float(value.max())
 
 
 @dataclass(frozen=True, eq=False, slots=True)
