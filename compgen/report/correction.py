@@ -77,7 +77,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
         "positions": {
             "corrected": result.changed,
             "new": result.added,
-            "unchanged": len(set(plan.poses.number.tolist())) - result.changed,
+            "unchanged": len(np.unique(result.written.positions.number)) - result.changed - result.added,
         },
         "mark": result.mark.value,
         "duration_s": float(plan.stations.time[-1]) if len(plan.stations.time) else 0.0,

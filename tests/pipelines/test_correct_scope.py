@@ -15,6 +15,7 @@ from shipped import ROOT
 
 from compgen.core.exceptions import InputError
 from compgen.pipelines.files.robot_file import load_cell
+from compgen.report.correction import correction_summary
 
 THERE = (15.0, 25.0, -20.0, 25.0, -55.0, 40.0)
 AWAY = (-30.0, 35.0, 5.0, 40.0, -75.0, -20.0)
@@ -411,6 +412,21 @@ def test_a_long_line_is_reported_and_points_go_in_on_request(hot):
     assert judged.max() < 2e-6 + 2e-6
     assert not any(f.code == "correction.straight" for f in result.findings)
     assert finding.message.endswith("midway; --insert UM puts points into them")
+
+
+def test_points_that_go_in_are_new_and_count_as_no_corrected_ones(hot):
+    """Of 12 positions 11 were said to be corrected, 4 new and 1 unchanged."""
+    data, _ = line(1200)
+    result = corrected(data, hot, insert=2e-6)
+    before, after = naive_ls.read(data)[0], naive_ls.read(result.text)[0]
+    moved = sum(after[n].groups[1].axes != before[n].groups[1].axes for n in before)
+    count = correction_summary(result)["positions"]
+    assert count == {
+        "corrected": moved,
+        "new": len(after) - len(before),
+        "unchanged": len(before) - moved,
+    }
+    assert count["new"] > 0 < moved
 
 
 def test_where_no_point_is_needed_the_text_is_that_without_insertion(hot):

@@ -133,9 +133,10 @@ def between_corrected(plan: CorrectionPlan, shared: SharedCorrections, station: 
     return np.asarray(moved[station] & ((fraction >= 1) | moved[plan.drive.origin[station]]), dtype=bool)
 
 
-def changed_positions(program: LsProgram, written: LsProgram) -> int:
-    """How many positions read differently."""
-    differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
+def changed_positions(planned: LsProgram, written: LsProgram) -> int:
+    """How many of a program's own positions read differently."""
+    own = np.isin(written.positions.number, planned.positions.number)
+    differs = (written.positions.value[own] != planned.positions.value) & np.isfinite(planned.positions.value)
     return int(differs.any(axis=1).sum())
 
 
@@ -169,7 +170,7 @@ class Correction(JudgedResult):
     written: LsProgram
     plan: CorrectionPlan
     shared: SharedCorrections
-    changed: int  # positions that read differently
+    changed: int  # positions of the planned program that read differently
     added: int  # positions that are new
     execution: Flight  # of the written text
     error: PoseErrors  # of the planned and unchanged program, at the same samples
