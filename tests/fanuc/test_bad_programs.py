@@ -129,7 +129,7 @@ def test_an_absurd_speed_gives_no_absurd_answer(speed):
         found = inspection.inspect(fanuc.loads(data), load_robot("m710ic50"), default_frames())
     except CompgenError:
         return
-    assert 0 <= found["duration_s"] < 1e9
+    assert found["duration_s"] is None or 0 <= found["duration_s"] < 1e9
     json.dumps(found, allow_nan=False)
 
 

@@ -14,6 +14,7 @@ from numpy.testing import assert_allclose
 from shipped import ROOT
 
 from compgen import fanuc
+from compgen.cli.commands.inspect import program_lines
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
 from compgen.fanuc.analysis import inspection
@@ -76,9 +77,22 @@ def test_lengths_and_times_of_a_small_program():
     assert found["unsafe"] == []
 
 
-def test_a_program_that_stays_where_it_is_has_no_length_and_no_time():
-    for moves in ([], ["J P[1] 10% FINE    ;"]):
-        assert (inspected(moves, {})["path_length_mm"], inspected(moves, {})["duration_s"]) == (0, 0)
+@pytest.mark.parametrize(
+    ("moves", "length", "duration", "words"),
+    [
+        ([], 0.0, 0.0, "path: no line and no arc"),
+        (["J P[1] 10% FINE    ;"], 0.0, None, "path: no line and no arc"),
+        (["L P[1] 100mm/sec FINE    ;"], None, None, "path: its length is not known: of no line or arc are both ends"),
+        (["L P[1] 2.0sec FINE    ;"], None, 2.0, "path: its length is not known: of no line or arc are both ends"),
+        (["J P[1] 10% FINE    ;", "L P[2] R[1]mm/sec FINE    ;"], 20.0, None, "path 20.0 mm, its time is not known"),
+        (["J P[1] 10% FINE    ;", "L P[2] 10mm/sec FINE    ;"], 20.0, 2.0, "path 20.0 mm, 2.0 s at programmed speeds"),
+    ],
+)
+def test_lengths_and_times_that_nobody_knows_are_no_numbers(moves, length, duration, words):
+    """0.0 was the record's word for them; and of joint motions alone the screen sent the reader to nothing below."""
+    report = inspected(moves, {}, {"y": 20.0})
+    assert (report["path_length_mm"], report["duration_s"]) == (pytest.approx(length), pytest.approx(duration))
+    assert any(line.startswith(f"{words}; motions without") for line in program_lines(report))
 
 
 def test_a_circle_motion_is_as_long_as_its_arc():

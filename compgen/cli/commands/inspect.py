@@ -101,6 +101,17 @@ def check_backup(
     return Outcome(record=record, lines=lines, errors=errors)
 
 
+def _path_words(report: dict[str, Any]) -> str:
+    """How long lines and arcs of a program are, and how long its motions take."""
+    length, duration = report["path_length_mm"], report["duration_s"]
+    if not report["motions"].keys() - {"J"}:
+        return ": no line and no arc"
+    if length is None:
+        return ": its length is not known: of no line or arc are both ends"
+    time = "its time is not known" if duration is None else f"{duration:.1f} s at programmed speeds"
+    return f" {length:.1f} mm, {time}"
+
+
 def program_lines(report: dict[str, Any]) -> Iterator[str]:
     """What a program is, and what makes correcting it unsafe."""
     positions, motions = report["positions"], report["motions"]
@@ -117,12 +128,10 @@ def program_lines(report: dict[str, Any]) -> Iterator[str]:
         if positions[key]:
             yield f"{key}: {', '.join(f'P[{n}]' for n in positions[key][:20])}{' ...' if positions[key][20:] else ''}"
     pairs = [f"UF {f['uframe']} UT {f['utool']} ({f['positions']})".replace("-1", "F") for f in report["frames"]]
-    path = f"path {report['path_length_mm']:.1f} mm, {report['duration_s']:.1f} s at programmed speeds"
-    path = path if report["path_length_mm"] else "path: its length is not known, see below"
     yield from (
         f"frames: {', '.join(pairs) or 'none'}",
         f"postures: {', '.join(f'{k} ({n})' for k, n in report['postures'].items()) or 'none'}",
-        f"{path}; motions without a time of their own: {report['motions_without_time']}",
+        f"path{_path_words(report)}; motions without a time of their own: {report['motions_without_time']}",
     )
     for joint, margin in report["limits"].items():
         unit = "mm" if "room_mm" in margin else "deg"

@@ -96,7 +96,7 @@ def inspect(
         "disabled_motions": int(m.disabled.sum()),
         "frames": _frames(p.uframe[first], p.utool[first]),
         "positions": {**_uses(program, np.concatenate([via, goal])), "joint_form": int(poses.joint_form.sum())},
-        "path_length_mm": length / MM,
+        "path_length_mm": None if length is None else length / MM,
         "duration_s": duration,
         "motions_without_time": untimed,
         "postures": _postures(program, first),
@@ -158,8 +158,11 @@ def _postures(program: LsProgram, first: BoolArray) -> dict[str, int]:
 
 def _travel(
     program: LsProgram, poses: Poses, active: IntArray, via: IntArray, goal: IntArray
-) -> tuple[float, float, int]:
-    """Length of linear and circular motions [m], their time at programmed speeds [s], and motions without a time."""
+) -> tuple[float | None, float | None, int]:
+    """Length of lines and arcs [m], the motions' time at programmed speeds [s], and how many have none of their own.
+
+    Summed are those that are known; None where there are some and none is known.
+    """
     m = program.motions
     if not len(active):
         return 0.0, 0.0, 0
@@ -179,7 +182,12 @@ def _travel(
     with np.errstate(divide="ignore", invalid="ignore"):
         duration = np.where(np.isfinite(seconds), value * seconds, step / (value * rate))
     timed = duration < LONGEST_S
-    return float(np.nansum(step)), float(duration[timed].sum()), int((~timed).sum())
+    is_known = np.isfinite(step)
+    return (
+        float(step[is_known].sum()) if is_known.any() or (letter == "J").all() else None,
+        float(duration[timed].sum()) if timed.any() else None,
+        int((~timed).sum()),
+    )
 
 
 def _unknown_frames(program: LsProgram, poses: Poses) -> list[Unsafe]:
