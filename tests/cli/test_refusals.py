@@ -8,6 +8,9 @@ from calls import ARTEFACT
 from command_line import refused, run
 from shipped import ROOT
 
+import compgen
+from compgen.core.exceptions import InputError
+
 LINE = "paths/line_y.toml"
 TOUCHING = {"anchor": LINE, "teach-frame": "m710ic50", "identify": "m710ic50"}
 
@@ -31,6 +34,21 @@ def test_an_artefact_that_nobody_named_is_asked_for(tmp_path, command):
 def test_the_file_that_the_command_is_about_comes_first(command):
     done = run(command, "nope.toml", "--touches", "none.csv")
     refused(done, 2, "nope.toml: no such file")
+
+
+@pytest.mark.parametrize("reference", ["x", "500", "ambientt"])
+def test_a_reference_that_is_none_is_refused_without_a_log_too(tmp_path, reference):
+    """`identify` and `check-robot` took any word, and wrote a robot file."""
+    touches, artefact = tmp_path / "touches.csv", tmp_path / "artefact.toml"
+    touches.write_text("time_s,target\n")
+    artefact.write_text(ARTEFACT)
+    given = ("--touches", touches, "--artefact", artefact, "--reference", reference)
+    answers = [run(command, "m710ic50", *given) for command in ("teach-frame", "identify", "check-robot")]
+    for done in answers:
+        refused(done, 2, "--reference ", "must be start, ambient, or")
+    assert len({done.stderr for done in answers}) == 1
+    with pytest.raises(InputError, match="must be start, ambient, or"):
+        compgen.identify("m710ic50", touches=touches, artefact=artefact, reference=reference)
 
 
 FAR = ("--set", "path.x_mm=9000")

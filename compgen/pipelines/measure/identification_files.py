@@ -140,7 +140,7 @@ def read_measurements(
     A temperature log goes with the poses of a warm-up, or else with all poses, and with the distances and touches that
     have times.
     """
-    nodes, findings = len(arm.nodes), list[Finding]()
+    nodes, findings, counted_from = len(arm.nodes), list[Finding](), rise_reference(reference)
     lenient = force or len([*files.poses, *files.warm_up, *files.distances, *files.touches]) > 1
     timed = bool(files.log and not files.warm_up)
     cold = [read_poses(f, arm.robot, nodes, force=lenient, timed=timed, frames_known=frames_known) for f in files.poses]
@@ -157,7 +157,7 @@ def read_measurements(
         log, heat = read_log(files.log, arm.heat, arm.sensors)
         logged = {}
         for part in on_clock:
-            logged[id(part)], of_part = with_temperatures(part, log, heat, rise_reference(reference))
+            logged[id(part)], of_part = with_temperatures(part, log, heat, counted_from)
             findings += [finding for finding in of_part if finding not in findings]
         cold, warm, distances, touches = (
             [logged.get(id(part), part) for part in parts] for parts in (cold, warm, distances, touches)
