@@ -335,7 +335,13 @@ def test_a_touch_of_the_warm_arm_is_set_aside(cell, record):
     rows[4][3] = f"{float(rows[4][3]) + 0.1:.6f}"
     (cell / "touches.csv").write_text("\n".join(",".join(row) for row in rows) + "\n")
     aside = taught(cell, name="aside.toml")
+    shown = run("teach-frame", cell / "mine.toml", "--touches", cell / "touches.csv", "-o", cell / "shown.toml").stdout
     (cell / "touches.csv").write_text(right)
+    assert (aside["touches"], aside["touches_used"]) == (len(rows) - 1, len(rows) - 2)
+    kept = tomllib.loads((cell / "aside.toml").read_text())["frame"]["taught"]["touches"]
+    assert len(kept) == aside["touches_used"]
+    ((used, unused),) = re.findall(r"from (\d+) touches with .* um noise, (\d+) set aside", shown)
+    assert (int(used), int(used) + int(unused)) == (len(rows) - 2, len(rows) - 1)
     (message,) = [f["message"] for f in aside["findings"] if f["code"] == "outlier"]
     assert "line 5" in message
     of_both = [np.array(each["pendant_would_differ"]["place_um"]) for each in (aside, record)]

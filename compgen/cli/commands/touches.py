@@ -188,10 +188,11 @@ def _lines(record: dict[str, Any]) -> list[str]:
     k2 = ", ".join(f"{2 * s:.0f}" for s in record["sigma_um"])
     turn = ", ".join(f"{2 * s:.1f}" for s in record["sigma_mdeg"])
     probe, probe_k2 = record["probe_mm"], ", ".join(f"{2 * s:.0f}" for s in record["probe_sigma_um"])
+    aside = f", {len(record['set_aside'])} set aside" * bool(record["set_aside"])
     lines = [
         f"UFRAME[{record['uframe']}]  {figures}   (mm, deg; type these in)",
         f"known to {k2} um and {turn} mdeg (k = 2, World x, y, z) where it was touched, with this probe for a tool",
-        f"from {record['touches']} touches with {record['noise_um']:.0f} um noise",
+        f"from {record['touches_used']} touches with {record['noise_um']:.0f} um noise{aside}",
         f"probe in the flange: {probe[0]:.3f}, {probe[1]:.3f}, {probe[2]:.3f} mm, known to {probe_k2} um (k = 2)",
         f"taught through {'the model of ' if record['through'] == 'model' else 'the nominal arm of '}"
         f"{record['robot_file']}, rise K {warm}",

@@ -265,6 +265,7 @@ def frame_record(taught: TaughtFrame, decimals: int) -> dict[str, Any]:
         "sigma_mdeg": _listed(sigma[:3] / MDEG, 3),
         "middle_mm": _listed(fit.middle / MM, 3),
         "touches": len(touches.target),
+        "touches_used": int((~fit.outlier).sum()),
         "noise_um": round(fit.noise / UM, 2),
         "through": taught.through,
         "robot_file": taught.robot_file,

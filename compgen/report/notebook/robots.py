@@ -55,7 +55,10 @@ class IdentifiedRobot:
 
     @property
     def residual(self) -> Array:
-        """Measured against modelled, (N, 3) [m] in the instrument's frame; NaN: not measured."""
+        """Measured against modelled, (N, 3) [m] in the instrument's frame; NaN: not measured.
+
+        A measured distance has by how much it is longer first, and zeros behind.
+        """
         return frozen(self.result.selected.fit.residual)
 
     @property
