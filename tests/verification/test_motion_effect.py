@@ -135,8 +135,3 @@ def test_of_a_known_motion_there_is_one_size(job):
     known = effect(job, ControllerMotion(moving_averages=(0.2, 0.2)))
     assert known.known
     assert known.lowest == known.largest == known.highest == pytest.approx(beside_a_corner(0.2), abs=DIGIT)
-
-
-def test_of_fewer_positions_each_segment_has_the_farthest_of_those_that_it_stands_for(job):
-    seen = replace(effect(job), off=np.array([1.0, 5.0, 2.0, 3.0]))
-    assert seen.at(np.array([0, 2, 3, 4])).off.tolist() == [5.0, 2.0, 3.0]
