@@ -100,7 +100,7 @@ def plan_history(
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
     runs = _runs(spread[1], run_time) if cycle else (0.0,)
     moving = [step for steps in parts_with_feeds for step in steps if step.state == "moving"]
-    first = {step.feed: step.key.rpartition(": ")[2] for step in reversed(moving)}  # without the file's name
+    first = {step.feed: step.key.rpartition(": ")[2] for step in reversed(moving)}  # as a message has it
     return History(before=before, cycle=cycle, after=after, runs=runs, air=air, step_at=first)
 
 
@@ -142,8 +142,8 @@ def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]
     for step in steps:
         if step.program:
             named = programs.plan(step.program)
-            name, feed = "" if named is own else step.program, step.feed if step.feed > 0 else named.process.feed
-            step = replace(step, program=name, feed=feed)
+            name = "" if named is own else step.program
+            step = replace(step, program=name, feed=step.feed if step.feed > 0 else named.process.feed)
         out.append(step)
     return out
 

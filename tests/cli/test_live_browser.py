@@ -8,7 +8,9 @@ from browser import BEYOND
 from command_line import run
 from shipped import ROOT, path_file, quiet
 
+from compgen.core.exceptions import InputError
 from compgen.core.units import UM
+from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import build_live
 from compgen.pipelines.study.live_day import drawn_settings, overrides_of, planned_setting
@@ -84,6 +86,20 @@ class Page:
             self.window.execute_script(MOVE, n, value, list(slider.stops))
         return self.window.execute_async_script(READ)
 
+    def settings_that_files_take(self, count, seed):
+        """Drawn ones, without those at which runs or hours do not fall into the shifts."""
+        taken = []
+        for setting in drawn_settings(self.sliders, 10 * count, seed):
+            moved = overrides_of(self.live_job.live.day, setting)
+            try:
+                load_job(str(self.path), overrides=[*self.live_job.overrides, *moved])
+            except InputError:
+                continue
+            taken.append(setting)
+            if len(taken) == count:
+                return taken
+        raise AssertionError(f"{len(taken)} settings in {10 * count}")
+
     def report(self, command):
         """The record of a command that the page prints, run in the folder where the page was made."""
         name, *words = shlex.split(command)
@@ -116,7 +132,7 @@ def test_the_script_computes_what_python_does(page):
 
 
 def test_before_is_what_predict_says_by_the_command_on_the_page(page):
-    for setting in drawn_settings(page.sliders, 2, seed=11):
+    for setting in page.settings_that_files_take(2, seed=11):
         shown = page.moved(setting)
         record = page.report(shown["predict"])
         assert "--set" in shown["predict"]
@@ -127,7 +143,7 @@ def test_before_is_what_predict_says_by_the_command_on_the_page(page):
 
 
 def test_after_is_what_the_written_program_does_by_the_command_on_the_page(page):
-    for setting in drawn_settings(page.sliders, 2, seed=12):
+    for setting in page.settings_that_files_take(2, seed=12):
         shown = page.moved(setting)
         record = page.report(shown["check"])
         expected = record["on_part"]["after"]["total"]
