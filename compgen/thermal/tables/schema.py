@@ -96,9 +96,7 @@ class LogTable(DialectTable):
     file: str
     """File beside the path file: time_s, ambient_degC, <node>_degC or part_<n>_degC; or as a logger writes it."""
     reference: Literal["ambient", "start"] | Celsius | None = None
-    """What rises count from: a temperature in degC (default ambient.reference_degC), the air, or the cold start.
-
-    Where [ambient] says how warm the air is, that counts from the same."""
+    """What rises, and the air of [ambient], count from: degC (default ambient.reference_degC), air, cold start."""
     window_min: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = COLD_START / MINUTE
     """How much of the log's beginning reference = "start" takes the median of."""
 
