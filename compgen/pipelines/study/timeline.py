@@ -65,6 +65,7 @@ def timeline(job: Job) -> Timeline:
         band_at_samples(job, geometry, replace(history, before=duties_before(history, Start(n))), run_rise[n])
         for n in (0, int(np.argmax(largest)))
     ]
+    tool, is_taught = job.tool.pose, is_taught_with(job.tool.pose, job.frame, job.cell)
     hot = extrapolations(job.cell.heat, duties, job.feed, 0.0, rise, history.step_at, "the day's end")
     return Timeline(
         time=time,
@@ -75,12 +76,7 @@ def timeline(job: Job) -> Timeline:
         run_rise=run_rise,
         error=np.array(largest),
         residual=np.array(left),
-        setting=setting_of(
-            geometry.path.target.position,
-            job.tool.pose.position[None],
-            run_rise,
-            is_tool_taught=is_taught_with(job.tool.pose, job.frame, job.cell),
-        ),
+        setting=setting_of(geometry.path.target.position, tool.position[None], run_rise, is_tool_taught=is_taught),
         band=(bands[0], bands[1]),
         findings=(*(Finding.of(Code.THERMAL_BOX, text) for text in hot), *job.input_findings),
     )
