@@ -118,8 +118,8 @@ def test_the_range_of_the_joints_is_of_the_way_not_of_the_few_positions(both):
     joints = np.degrees(naive_arm.pendant_angles(axes[:, :3], naive_arm.rotation(*np.radians(axes[:, 3:].T))))
     for result in both.values():
         ranges = job_summary(*result)["provenance"]["joint_range_deg"]
-        told = np.array([ranges[f"J{i}"] for i in (1, 2)])
-        assert_allclose(told, np.column_stack([joints.min(axis=0), joints.max(axis=0)])[:2], atol=0.005)
+        reported = np.array([ranges[f"J{i}"] for i in (1, 2)])
+        assert_allclose(reported, np.column_stack([joints.min(axis=0), joints.max(axis=0)])[:2], atol=0.005)
 
 
 def test_both_say_the_same_correction():

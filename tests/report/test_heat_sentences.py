@@ -58,8 +58,8 @@ def test_a_day_says_where_it_leaves_what_was_measured():
     assert hours == "7.02 h of motion by the day's end exceed the 6.5 h the thermal parameters were measured over"
     assert rise == f"a rise of {day.rise.max():.1f} K is above the 14 K measured"
     assert day.rise.max() > 18
-    said = [f["message"] for f in json.loads(heat_json(job, day))["findings"] if f["code"] == "thermal.box"]
-    assert said == in_box(day.findings)
+    messages = [f["message"] for f in json.loads(heat_json(job, day))["findings"] if f["code"] == "thermal.box"]
+    assert messages == in_box(day.findings)
     assert AT_450 in heat_html(job, day).decode()
 
 
