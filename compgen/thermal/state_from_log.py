@@ -28,8 +28,8 @@ BLOCKS = 24  # within the log
 EARLIER = 4 * HOUR  # length of the block just before it
 SAMPLES = 2000  # readings of a sensor that are used, means of what lies between
 SCATTER = 0.3  # [K] up to which a reading counts in full
-LAST_AIR = 10 * MINUTE  # over which the air that the log ends in is taken,
-LEAST_OF_AIR = 3  # readings of it at least
+LAST_AIR = 10 * MINUTE  # over which the air that the log ends in is taken, where it has so many readings:
+LEAST_OF_AIR = 3  # one of them may be wrong
 SETTLED = 1e-6  # of a reading's weight: less than a microkelvin of any rise
 UNSEEN = 1e-13  # of the normal equations' diagonal
 CHANGE_WEIGHT = 0.1  # weight of the change from block to block
@@ -49,9 +49,9 @@ class TemperatureLog:
 
     @property
     def last_air(self) -> float:
-        """How warm the air is when the log ends [K]: the median of its last readings, of which one may be wrong."""
-        begin = min(self.time[-1] - LAST_AIR, self.time[-LEAST_OF_AIR:][0])
-        return float(np.median(self.air[self.time >= begin]))
+        """How warm the air is when the log ends [K]: the median of its last readings, of few in that time the last."""
+        late = self.air[self.time >= self.time[-1] - LAST_AIR]
+        return float(np.median(late) if len(late) >= LEAST_OF_AIR else late[-1])
 
     def rows(self, some: BoolArray) -> "TemperatureLog":
         """The log of some of its rows."""

@@ -193,11 +193,11 @@ def test_a_log_and_the_air_of_the_day_count_from_one_temperature(tmp_path, refer
         assert_allclose(job.start_rise()[:4], rise, atol=0.05)
 
 
-@pytest.mark.parametrize(("step", "air"), [(60.0, 4.95), (1200.0, 4.0)])
-def test_the_air_that_follows_is_that_of_the_log_s_last_ten_minutes_and_three_readings(step, air):
-    """A reading a minute rises by 0.01 K each, one every twenty minutes by 1 K each."""
+@pytest.mark.parametrize(("step", "air"), [(60.0, 4.95), (200.0, 4.985), (400.0, 5.0), (1200.0, 5.0)])
+def test_the_air_that_follows_is_that_of_the_log_s_last_ten_minutes_where_it_has_three_readings(step, air):
+    """Readings rise by 0.01 K each, those every twenty minutes by 1 K: the median of few would be of an hour ago."""
     n = np.arange(61.0)
-    time, rising = step * n, np.array(5.0 - (60 - n) * (0.01 if step == 60 else 1.0))
+    time, rising = step * n, np.array(5.0 - (60 - n) * (0.01 if step < 1200 else 1.0))
     assert TemperatureLog(time, rising, {}).last_air == pytest.approx(air)
 
 
