@@ -202,7 +202,7 @@ def swapped_sensors(log: Temperatures, rises: TemperatureLog, heat: ArmHeat) -> 
                 f"{highest[a]:.1f} and {highest[b]:.1f} K, where the robot file expects {expected[a]:g} to "
                 f"{expected[b]:g}",
             )
-    if log.ambient is None or (air := float(np.ptp(log.ambient))) <= AIR:
+    if log.ambient is None or (air := float(np.nanmax(log.ambient) - np.nanmin(log.ambient))) <= AIR:
         return
     hottest = max(expected.values()) / SWAPPED
     suspects = [a for a in highest if expected[a] >= hottest and air >= SWAPPED * highest[a]]

@@ -235,8 +235,8 @@ def distance_from_cold(log: Temperatures, window: float) -> tuple[float, str]:
     if not first:
         return 0.0, ""
     highest, lowest = max(first, key=lambda n: first[n]), min(first, key=lambda n: first[n])
-    if log.ambient is not None:
-        air = float(log.ambient[0])
+    if log.ambient is not None and np.isfinite(log.ambient[early]).any():
+        air = float(np.nanmedian(log.ambient[early]))
         name = max(first, key=lambda n: abs(first[n] - air))
         return abs(first[name] - air), f"{log.column[name]} = {first[name]:g}, the air {air:g}"
     words = f"{log.column[highest]} = {first[highest]:g}, {log.column[lowest]} = {first[lowest]:g}"

@@ -28,8 +28,8 @@ BLOCKS = 24  # within the log
 EARLIER = 4 * HOUR  # length of the block just before it
 SAMPLES = 2000  # readings of a sensor that are used, means of what lies between
 SCATTER = 0.3  # [K] up to which a reading counts in full
-LAST_AIR = 10 * MINUTE  # over which the air that the log ends in is taken, where it has so many readings:
-LEAST_OF_AIR = 3  # one of them may be wrong
+LEAST_OF_AIR = 3  # readings that the air a log ends in is taken from, of which one may be wrong,
+LAST_AIR = (10 * MINUTE, 30 * MINUTE)  # those of so long at least, and at most
 SETTLED = 1e-6  # of a reading's weight: less than a microkelvin of any rise
 UNSEEN = 1e-13  # of the normal equations' diagonal
 CHANGE_WEIGHT = 0.1  # weight of the change from block to block
@@ -44,19 +44,27 @@ class TemperatureLog:
     time: Array  # (M,) [s] rising
     air: Array  # (M,) [K]
     readings: Mapping[str, Array]  # name of a rise to (M,) [K]
-    has_air: bool = True  # whether the air was measured
+    air_read: BoolArray | None = None  # (M,) rows in which the air was measured; None: in all of them
     notes: tuple[str, ...] = ()  # how its file was understood
+
+    @property
+    def has_air(self) -> bool:
+        """Whether the air was measured."""
+        return self.air_read is None or bool(self.air_read.any())
 
     @property
     def last_air(self) -> float:
         """How warm the air is when the log ends [K]: the median of its last readings, of few in that time the last."""
-        late = self.air[self.time >= self.time[-1] - LAST_AIR]
-        return float(np.median(late) if len(late) >= LEAST_OF_AIR else late[-1])
+        read = slice(None) if self.air_read is None or not self.has_air else self.air_read
+        time, end = self.time[read], self.time[-1]
+        late = self.air[read][time >= np.clip(time[-LEAST_OF_AIR:][0], end - LAST_AIR[1], end - LAST_AIR[0])]
+        return float(np.median(late) if len(late) >= LEAST_OF_AIR else self.air[-1])
 
     def rows(self, some: BoolArray) -> "TemperatureLog":
         """The log of some of its rows."""
         readings = {name: values[some] for name, values in self.readings.items()}
-        return replace(self, time=self.time[some], air=self.air[some], readings=readings)
+        air_read = None if self.air_read is None else self.air_read[some]
+        return replace(self, time=self.time[some], air=self.air[some], readings=readings, air_read=air_read)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -53,7 +53,7 @@ class Temperatures:
 
     table: CsvTable  # for messages
     time: Array  # (M,) [s] rising
-    ambient: Array | None  # (M,) [degC], gaps interpolated; None: not measured
+    ambient: Array | None  # (M,) [degC]; NaN where there is none; None: not measured
     readings: Mapping[str, Array]  # name of a rise to (M,) [degC]; NaN where there is none
     column: Mapping[str, str]  # name of a rise to its column
 
@@ -73,21 +73,23 @@ class Temperatures:
         Raises:
             InputError: The reference was not measured.
         """
-        constant, has_air = np.zeros(len(self.time)), self.ambient is not None
+        air, read = np.zeros(len(self.time)), np.zeros(len(self.time), dtype=bool)
+        if self.ambient is not None:
+            read = np.isfinite(self.ambient)
+            air = np.interp(self.time, self.time[read], self.ambient[read])
         if reference == "ambient":
             if self.ambient is None:
                 raise InputError(
                     f"{self.table.source}: column ambient_degC: missing; rises shall count from the air "
                     "(reference = 'ambient')"
                 )
-            return TemperatureLog(self.time, constant, {n: v - self.ambient for n, v in self.readings.items()})
+            return TemperatureLog(self.time, np.zeros(len(air)), {n: v - air for n, v in self.readings.items()})
         early = self.time <= self.time[0] + window
         if reference == "start":
-            air = constant if self.ambient is None else self.ambient - float(np.median(self.ambient[early]))
             rises = {n: v - _first_reading(self, n, early) for n, v in self.readings.items()}
-            return TemperatureLog(self.time, air, rises, has_air)
-        air = constant if self.ambient is None else self.ambient - reference
-        return TemperatureLog(self.time, air, {n: v - reference for n, v in self.readings.items()}, has_air)
+            return TemperatureLog(self.time, air - float(np.median(air[early])), rises, read)
+        rises = {n: v - reference for n, v in self.readings.items()}
+        return TemperatureLog(self.time, air if self.ambient is None else air - reference, rises, read)
 
 
 def read_temperature_log(
@@ -166,11 +168,7 @@ def temperatures_of(
         if other != name:
             raise InputError(f"{source}: columns {other} and {name}: both show the rise of '{rise_of[name]}'; keep one")
     time = _times(table)
-    ambient = None
-    if table.has("ambient_degC"):
-        values = _degrees(table, "ambient_degC", HOTTEST)
-        measured = ~np.isnan(values)
-        ambient = np.interp(time, time[measured], values[measured])
+    ambient = _degrees(table, "ambient_degC", HOTTEST) if table.has("ambient_degC") else None
     readings = {rise: _degrees(table, name, HOTTEST_PART) for rise, name in column.items()}
     return Temperatures(table, time, ambient, readings, column)
 

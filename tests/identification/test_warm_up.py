@@ -185,7 +185,7 @@ def test_how_a_log_begins_is_the_median_of_its_first_half_minute(tmp_path, arm):
     time = np.arange(0, 3600.0, 15.0)
     with pytest.raises(InputError, match=r"does not begin cold \(j2_degC = 24, the air 20\)"):
         with_log(tmp_path, arm, time, j2=np.where((time > 0) & (time <= 30), AIR + 4, AIR))
-    air = np.where(time > 0, AIR + 5, AIR)
+    air = np.where(time > 0, AIR, AIR + 5)
     for silent in (0, 600):
         j2 = np.where(time < silent, np.nan, AIR + 5 * warming(time))
         assert not [f for f in with_log(tmp_path, arm, time, j2=j2, ambient_degC=air)[1] if f.code == "log.warm"]

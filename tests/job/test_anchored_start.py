@@ -227,13 +227,19 @@ def test_an_old_state_is_refused(hot, tmp_path):
     refused(run("generate", SPIRAL, "--state", tmp_path / "none.toml"), 2, "no such file")
 
 
-@pytest.mark.parametrize("late", ["start.delay_min=31", "compensation.average_over={delay_s=[0,1860]}"])
-def test_a_start_that_outlives_a_state_is_refused(hot, tmp_path, late):
+@pytest.mark.parametrize(("planned", "starts"), [(31, ()), (0, (0, 1860)), (16, (0, 900))])
+def test_a_start_that_outlives_a_state_is_refused(hot, tmp_path, planned, starts):
     """It is the same standing robot as with an age of 31 minutes, which was refused alone."""
     file = written(state_of(hot), tmp_path)
-    refused(run("predict", SPIRAL, "--state", file, "--set", late), 2, "holds 30 minutes", "31 min old (at its latest")
-    aged = ("--state", file, "--state-age", "2min", "--set", late.replace("31", "29").replace("1860", "1740"))
-    refused(run("predict", SPIRAL, *aged), 2, "31 min old (at its latest start)")
+
+    def late(minutes):
+        average = ("--set", f"compensation.average_over={{delay_s={[*starts]}}}") if starts else ()
+        return ("--set", f"start.delay_min={minutes}", *average)
+
+    refused(run("predict", SPIRAL, "--state", file, *late(planned)), 2, "holds 30 minutes", "31 min old (at its latest")
+    if planned:
+        aged = ("--state", file, "--state-age", "2min", *late(planned - 2))
+        refused(run("predict", SPIRAL, *aged), 2, "31 min old (at its latest start)")
 
 
 def test_a_program_s_starts_that_outlive_a_state_are_refused(hot, tmp_path):

@@ -23,7 +23,15 @@ from compgen.job.anchored_start import made_from_robot
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
-from compgen.pipelines.resume.beginning import Begun, begin_late, begin_with_log, begin_with_state, known_state
+from compgen.pipelines.resume.beginning import (
+    Begun,
+    Logged,
+    begin_late,
+    begin_with_log,
+    begin_with_state,
+    known_state,
+    read_rises,
+)
 from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.rest import plan_whole
 from compgen.pipelines.resume.resume import resume
@@ -31,6 +39,7 @@ from compgen.pipelines.resume.written_job import job_of_pages, read_written_job
 from compgen.program.pages import CHECKSUM, JoinError, with_checksum
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import Duty, state_after
+from compgen.thermal.tables.schema import AmbientTable, LogTable
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 
@@ -357,6 +366,21 @@ def test_what_a_state_left_open_of_warmth_fades_and_gives_way_to_a_log(copy, tmp
     by_log = resume(written, whole, 4, lambda known: begin_with_log(known, str(log)), "2026-01-31", quiet)
     assert shares_of(by_log)["anchored state"] == pytest.approx(base, rel=1e-3)
     assert shares_of(by_log)["temperature log"] > 10 * UM
+
+
+def test_a_log_counts_from_what_the_air_of_its_job_counts_from(tmp_path):
+    """In a hall at 12 degC the parts counted from 12, as [log] had it, and the air of [ambient] from 20."""
+    log, cell = tmp_path / "log.csv", load_job(path_file("line_y")).cell
+    rows = [f"{60 * n},12,18,14,20,13.5\n" for n in range(60)]
+    log.write_text("time_s,ambient_degC,j2_degC,link1_degC,j3_degC,wrist_degC\n" + "".join(rows))
+    table = LogTable(file="log.csv", reference=12.0)
+    for zero in (12.0, 20.0):
+        logged = Logged(AmbientTable(value_degC=12.0, reference_degC=zero), table)
+        if zero == 12.0:
+            assert read_rises(cell, logged, str(log)).readings["j3"][-1] == pytest.approx(8.0)
+        else:
+            with pytest.raises(InputError, match=r"log.csv: its rises count from 12.0 degC, the air from 20; give amb"):
+                read_rises(cell, logged, str(log))
 
 
 def shares_of(resumed):

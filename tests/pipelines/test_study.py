@@ -266,6 +266,13 @@ def test_what_no_scenario_can_mend_is_not_laid_on_what_varies(path, base, refusa
     assert "--vary" not in str(refused.value)
 
 
+def test_a_key_that_only_the_scenarios_have_is_known(tmp_path):
+    text = (ROOT / "paths" / "optic_spiral.toml").read_text()
+    (tmp_path / "p.toml").write_text(text.replace('"spiral"', '"raster"').replace("stepover_mm", "# stepover_mm"))
+    study = build(str(tmp_path / "p.toml"), None, ("path.turns=2",), ("path.pattern=spiral",), None, correct=False)
+    assert len(study.scenarios) == 1
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -33,7 +33,7 @@ def first_order(cell, gain, lag, load=1.0, hours=6.0, seed=0):
 
 def logged(time, rise, names=NODES):
     readings = {n: r for n, r in zip(NODES, rise.T, strict=True) if n in names}
-    return TemperatureLog(time, np.zeros(len(time)), readings, has_air=False)
+    return TemperatureLog(time, np.zeros(len(time)), readings, np.zeros(len(time), bool))
 
 
 def day(seed, hours, zero=0.0, names=NODES):

@@ -79,7 +79,8 @@ def warm_up(heat, seed):
     goal += [draws.uniform(0.7, 1.2) * (share * fast + (1 - share) * slow * fast.sum() / slow.sum()) for _ in range(6)]
     rises = [course(heat, tau, goal, edges, time, np.full(len(time), n)) for n in range(K)]
     readings = {n: r + draws.normal(0, 0.05, len(time)) for n, r in zip(NODES, rises, strict=True)}
-    return TemperatureLog(time, np.zeros(len(time)), {n: np.nan_to_num(r) for n, r in readings.items()}, has_air=False)
+    readings = {n: np.nan_to_num(r) for n, r in readings.items()}
+    return TemperatureLog(time, np.zeros(len(time)), readings, np.zeros(len(time), bool))
 
 
 @pytest.mark.parametrize("seed", range(4))

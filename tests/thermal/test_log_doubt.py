@@ -136,7 +136,7 @@ def test_a_hall_much_warmer_than_the_reference_is_asked_for_its_air(cell):
     """At 38 degC all sensors are high: without the air nobody knows, with it nothing is wrong."""
     log = day(cell)
     hot = {n: v + 18 for n, v in log.readings.items()}
-    without = replace(log, readings=hot, air=np.zeros(len(log.time)), has_air=False)
+    without = replace(log, readings=hot, air=np.zeros(len(log.time)), air_read=np.zeros(len(log.time), bool))
     assert "is the hall so warm? give its air as column ambient_degC" in doubt(cell, without)
     knots = np.array([0.0, 7 * HOUR])
     assert doubt(cell, day(cell, air=Ambient(knots, np.full(2, 18.0)))) == ""

@@ -267,18 +267,31 @@ def test_clock_times_of_the_air_are_those_of_the_day(tmp_path, clock):
     assert by_clock.start_rise().min() > 0.3  # K, two hours after it became warm
 
 
+@pytest.mark.parametrize("zone", ["", "Z"])
+def test_dates_of_the_air_begin_with_their_first_day(tmp_path, zone):
+    """A night shift from 22 to 6: clock times past midnight are told to write dates."""
+    hours = {22: 20, 23: 23, 24: 25, 27: 25, 30: 21}
+    rows = "".join(f"2026-11-{3 + h // 24:02} {h % 24:02}:00:00{zone},{air}\n" for h, air in hours.items())
+    night = ("ambient.clock_h=22", 'before=[{state="off", duration_h=8}]')
+    dated = with_air_file(tmp_path, "Time,air [degC]\n" + rows, *night)
+    seconds = "".join(f"{(h - 22) * 3600},{air}\n" for h, air in hours.items())
+    by_hand = with_air_file(tmp_path, f"time_s,ambient_degC\n{seconds}", *night)
+    assert_allclose(dated.start_rise(), by_hand.start_rise(), atol=1e-9)
+    assert dated.start_rise().min() > 0.3
+
+
 @pytest.mark.parametrize("moment", ["2026-11-03 {}:00:00", "{}:00:00"])
 def test_air_of_another_day_is_refused(tmp_path, moment):
-    """Of dates it was said that they *begin 2.35e+05 h into the day*, and the air stayed as it began."""
     rows = "Time,air [degC]\n" + "".join(f"{moment.format(hour)},{air}\n" for hour, air in (("06", 20), ("09", 24)))
     day = ("ambient.clock_h=10", 'before=[{state="off", duration_h=8}]')
     with pytest.raises(
         InputError, match=r"air\.csv: its times, .* h from the first \[\[before\]\] on, are none of the day"
     ):
         with_air_file(tmp_path, rows, *day)
-    cycle = 'cycle=[{state="off", duration_h=1}]'
-    with pytest.raises(InputError, match="its times, 10 to 12 h"):
-        with_air_file(tmp_path, "time_s,ambient_degC\n36000,20\n43200,24\n", *day, cycle)
+    for more in ((), ('cycle=[{state="off", duration_h=1}]',)):
+        with pytest.raises(InputError, match="its times, 34 to 36 h"):
+            with_air_file(tmp_path, "time_s,ambient_degC\n122400,20\n129600,24\n", *day, *more)
+        with_air_file(tmp_path, "time_s,ambient_degC\n36000,20\n43200,24\n", *day, *more)
 
 
 def test_ramp_and_csv_of_the_same_air_agree(tmp_path):

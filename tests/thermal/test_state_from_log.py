@@ -193,8 +193,35 @@ def test_a_log_and_the_air_of_the_day_count_from_one_temperature(tmp_path, refer
         assert_allclose(job.start_rise()[:4], rise, atol=0.05)
 
 
-@pytest.mark.parametrize(("step", "air"), [(60.0, 4.95), (200.0, 4.985), (400.0, 5.0), (1200.0, 5.0)])
-def test_the_air_that_follows_is_that_of_the_log_s_last_ten_minutes_where_it_has_three_readings(step, air):
+@pytest.mark.parametrize("wrong", [31.0, 9.0])
+@pytest.mark.parametrize("every", [10, 40])
+def test_rows_between_readings_of_the_air_are_no_readings(tmp_path, wrong, every):
+    """Rows of 15 s, the air in some of them: forty rows on the way to one wrong cell outvoted the readings."""
+    air = [("23.0" if n % every == 0 else "") for n in range(241)]
+    air[-1] = str(wrong)
+    job = load_job(write(tmp_path, HEAD, [f"{15 * n},{cell},23,22,23,21.5" for n, cell in enumerate(air)]))
+    assert job.history.air.at(np.array([0.0]))[0] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("off", [0.8, -0.8, 3.0, -3.0])
+@pytest.mark.parametrize(
+    ("head", "reference"), [(HEAD, "start"), (HEAD.replace("ambient_degC,", ""), "start"), (HEAD, "ambient")]
+)
+def test_sensors_that_are_off_alike_are_no_other_air(tmp_path, off, head, reference):
+    def job_of(off):
+        rise = np.outer(1 - np.exp(-np.arange(241) / 120), (0.0, 6.0, 2.0, 8.0, 1.5)[5 - head.count(",") :])
+        rows = [",".join(map(str, [60 * n, *(20 + off + row)])) for n, row in enumerate(rise)]
+        air = ["ambient.value_degC=20", "ambient.kind='constant'"]
+        return load_job(write(tmp_path, head, rows, reference=reference), overrides=air)
+
+    assert_allclose(job_of(off).start_rise(), job_of(0.0).start_rise(), atol=1e-6)
+    assert job_of(off).history.air.at(np.zeros(1))[0] == 0.0
+    words = f"count from {20 + off:.1f} degC, the air from 20: taken for one, as sensors may be off alike"
+    assert any(words in f.message for f in job_of(off).input_findings)
+
+
+@pytest.mark.parametrize(("step", "air"), [(60.0, 4.95), (200.0, 4.985), (400.0, 4.99), (1200.0, 5.0)])
+def test_the_air_that_follows_is_that_of_the_log_s_last_readings_within_half_an_hour(step, air):
     """Readings rise by 0.01 K each, those every twenty minutes by 1 K: the median of few would be of an hour ago."""
     n = np.arange(61.0)
     time, rising = step * n, np.array(5.0 - (60 - n) * (0.01 if step < 1200 else 1.0))

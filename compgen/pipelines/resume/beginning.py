@@ -223,16 +223,16 @@ def read_rises(cell: Cell, logged: Logged, file: str) -> TemperatureLog:
         InputError: A bad file, an unknown sensor, readings that no robot has.
     """
     table = LogTable(file=file) if logged.log is None else logged.log.model_copy(update={"file": file})
-    log = _whole_rows(cell, table, logged.ambient.reference_degC)
+    log = _whole_rows(cell, table, logged.ambient)
     return log or tables.log_of(table, cell.heat, cell.warmth, cell.sensors, logged.ambient, "log")
 
 
-def _whole_rows(cell: Cell, table: LogTable, zero: float) -> TemperatureLog | None:
+def _whole_rows(cell: Cell, table: LogTable, ambient: AmbientTable) -> TemperatureLog | None:
     """A log that somebody is still writing, without a last line that has no end; None for one with anything wrong."""
     log = read_growing_log(table.file, cell.heat.names, cell.sensors, table)
     if log.readings is None or log.left_out or log.gaps or log.set_back or len(log.readings.time) < 2:
         return None
-    return tables.believed_rises(log.readings, table, cell.heat, cell.warmth, zero)
+    return tables.believed_rises(log.readings, table, cell.heat, cell.warmth, ambient)
 
 
 def begin_with_log(known: PromptStart, file: str, late: float | None = None) -> Begun:

@@ -101,7 +101,7 @@ def build(
         questions.update({f.message: f for f in job.input_findings if f.code == Code.UNITS_UNLIKELY})
         return None
 
-    base_inputs = _inputs(path, robot, base)
+    base_inputs = _inputs(path, robot, base, str(refused(scenarios[0].values)))
     _check_keys(refused, scenarios[0])
     _check_values(refused, scenarios)
     inputs = [__version__, base_inputs, [s.values for s in scenarios], correct, sorted(hashes)]
@@ -136,11 +136,12 @@ def _scenarios(vary: Sequence[str], listed: str | None) -> tuple[Scenario, ...]:
     )
 
 
-def _inputs(path: str, robot: str | None, base: Sequence[str]) -> str:
+def _inputs(path: str, robot: str | None, base: Sequence[str], refusal: str) -> str:
+    """Hash of what all scenarios share; ``refusal``: of the first of them."""
     try:
         return load_job(path, robot, base).inputs_hash
     except CompgenError as failure:  # the base need not run: its scenarios may
-        if "unknown key" in str(failure) or not Path(path).is_file():
+        if ("unknown key" in str(failure) and str(failure) == refusal) or not Path(path).is_file():
             raise
         return sha256(read_regular(path) + str(failure).encode() + str(robot).encode()).hexdigest()
 

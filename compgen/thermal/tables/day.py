@@ -9,7 +9,7 @@ import numpy as np
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR, MINUTE, MM
 from compgen.thermal import Ambient, still_air
-from compgen.thermal.log_doubt import distance_from_cold, lukewarm, refuse_doubtful, refuse_warm_start
+from compgen.thermal.log_doubt import WARM, distance_from_cold, lukewarm, refuse_doubtful, refuse_warm_start
 from compgen.thermal.model import ArmHeat
 from compgen.thermal.schedule import History, Shift, Step, check_shifts
 from compgen.thermal.state_from_log import TemperatureLog
@@ -17,7 +17,7 @@ from compgen.thermal.tables import schema as sh
 from compgen.thermal.temperature_log import Temperatures, check_sensors, read_temperature_log
 from compgen.thermal.uncertainty import ThermalUncertainty
 
-ONE_ZERO = 0.5  # [K] by which what a log and the air of a day count from may differ
+ONE_ZERO = 0.5  # [K] by which what a log and the air of a day count from may differ, where no sensor says it
 
 
 def steps_of(rows: Sequence[sh.StepTable], name: str, where: str, own_feed: float) -> tuple[Step, ...]:
@@ -122,8 +122,11 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
         log = read_temperature_log(source, (), {}, air=True)
         if log.ambient is None:
             raise InputError(f"{source}: it has no column ambient_degC; add it")
-        is_clock = log.table.recorded is not None and "time_s" not in log.table.recorded.columns  # since midnight
-        return Ambient(log.time - table.clock_h * HOUR * is_clock, log.ambient - zero)
+        begins = 0.0
+        if log.table.recorded is not None and "time_s" not in log.table.recorded.columns:  # since its first midnight
+            begins = log.time[0] // DAY * DAY + table.clock_h * HOUR
+        read = np.isfinite(log.ambient)
+        return Ambient(log.time[read] - begins, log.ambient[read] - zero)
     return still_air(level)
 
 
@@ -144,7 +147,7 @@ def held_air(table: sh.AmbientTable, air: Ambient, history: History) -> tuple[st
         return ()
     lasts = sum(duty.duration for part in (history.before, history.cycle, history.after) for duty in part)
     (first, last), (low, high) = air.time[[0, -1]], air.rise[[0, -1]] + table.reference_degC
-    if last < 0 or first > lasts + (0.0 if history.cycle else DAY):  # which a program by itself is shorter than
+    if last < 0 or first > lasts + DAY:  # which no program by itself takes
         raise InputError(
             f"{table.file}: its times, {first / HOUR:.3g} to {last / HOUR:.3g} h from the first [[before]] on, are "
             f"none of the day's {lasts / HOUR:.3g} h; write time_s from there, or clock times, and ambient.clock_h"
@@ -183,14 +186,7 @@ def log_of(
     """
     log = read_temperature_log(Path(where).parent / table.file, heat.names, sensors, table)
     check_sensors(log, [f"{name}_degC" for name in (*sensors, *heat.names)])
-    rises = believed_rises(log, table, heat, warmth, ambient.reference_degC)
-    zero = _zero_of(log, rises)
-    if ambient.is_given and abs(zero - ambient.reference_degC) > ONE_ZERO:
-        raise InputError(
-            f"{where}: log.reference: its rises count from {zero:.1f} degC, the air from {ambient.reference_degC:g}; "
-            f"give ambient.reference_degC = {zero:.1f}, or no more of [ambient]: the air stays as the log leaves it"
-        )
-    return rises
+    return believed_rises(log, table, heat, warmth, ambient)
 
 
 def _zero_of(log: Temperatures, rises: TemperatureLog) -> float:
@@ -202,17 +198,29 @@ def _zero_of(log: Temperatures, rises: TemperatureLog) -> float:
 
 
 def believed_rises(
-    log: Temperatures, table: sh.LogTable, heat: ArmHeat, warmth: ThermalUncertainty, zero: float
+    log: Temperatures,
+    table: sh.LogTable,
+    heat: ArmHeat,
+    warmth: ThermalUncertainty,
+    ambient: sh.AmbientTable,
 ) -> TemperatureLog:
-    """Readings of a log as rises, refused where the rest contradicts them.
-
-    Arguments are as in ``log_of``; ``zero`` is the reference temperature [degC].
-    """
+    """Readings of a log as rises, refused where the rest contradicts them; arguments are as in ``log_of``."""
+    zero = ambient.reference_degC
     reference, window = zero if table.reference is None else table.reference, table.window_min * MINUTE
     rises = log.rises(reference, window)
-    warm = ""
+    begins, notes = _zero_of(log, rises), [*log.notes]
+    counted = f"its rises count from {begins:.1f} degC, the air from {zero:g}"
+    differs = abs(begins - zero) if ambient.is_given else 0.0
     if reference == "start":
         refuse_warm_start(log, *distance_from_cold(log, window), 'log.reference = "ambient", or degC')
-        warm = lukewarm(log, window)
+        if warm := lukewarm(log, window):
+            notes.append(warm)
     refuse_doubtful(log, heat, warmth, reference, window, zero)
-    return replace(rises, notes=(*log.notes, warm) if warm else log.notes)
+    if differs > (WARM if isinstance(reference, str) else ONE_ZERO):
+        raise InputError(
+            f"{log.table.source}: {counted}; "
+            f"give ambient.reference_degC = {begins:.1f}, or no more of [ambient]: the air stays as the log leaves it"
+        )
+    if differs > ONE_ZERO:
+        notes.append(f"{log.table.source}: {counted}: taken for one, as sensors may be off alike")
+    return replace(rises, notes=tuple(notes))

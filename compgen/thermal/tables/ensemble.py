@@ -72,7 +72,7 @@ def start_of(table: StartTable | None, run_count: int, where: str) -> Start:
 def latest_delay(start: StartTable | None, table: AverageOverTable | None) -> float:
     """How long the robot may stand before its program starts [s]."""
     planned = 0.0 if start is None else start.delay_min * MINUTE
-    return float(max([planned, *((table.delay_s or ()) if table else ())]))
+    return planned + float(max((table.delay_s or (0.0,)) if table else (0.0,)))
 
 
 def _runs(count: int) -> str:
