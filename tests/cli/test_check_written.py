@@ -161,8 +161,11 @@ def test_pages_are_read_through_their_main_program(tmp_path):
     named = record["written"]["name"], record["written"]["positions"]
     assert named == ("CIRCLE_1300", made["program"]["positions"]) == (program.stem, made["program"]["positions"])
     refused(run("check", CIRCLE, "--written", pages[0], *sets), 2, pages[0].name, "positions")
+    text = pages[2].read_bytes()
+    pages[2].write_bytes(re.sub(rb"X = +[-0-9.]+", b"X = 12.000", text, count=1))
+    refused(run("check", CIRCLE, "--written", program, *sets), 2, f"(page {pages[2].stem}: it starts ", " from where ")
     pages[1].unlink()
-    refused(run("check", CIRCLE, "--written", program, *sets), 2, program.name, "one of its pages is missing")
+    refused(run("check", CIRCLE, "--written", program, *sets), 2, f"(page {pages[1].stem}: ", "it is not there); gen")
 
 
 def test_another_path_s_program_is_refused(line, tmp_path):

@@ -6,6 +6,7 @@ which it is not sure where it comes from lead along a way that no log is judged 
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -76,16 +77,26 @@ def course_of_text(
 
 def canonical_program(data: bytes, find_program: Callable[[str], bytes | None]) -> Program | None:
     """The program that canonical text, or a main program with its pages, means; None for anyone else's."""
+    with suppress(CompgenError):
+        return read_canonical(data, find_program)
+    return None
+
+
+def read_canonical(data: bytes, find_program: Callable[[str], bytes | None]) -> Program:
+    """The program that canonical text, or a main program with its pages, means.
+
+    Raises:
+        JoinError: A page is missing, or does not go on where the one before stops.
+        InputError: It is anyone else's.
+    """
     try:
         return interpret(data)
     except InputError:
-        pass
-    try:
         names = called_pages(data)
-        pages = {name: text for name in names if (text := find_program(name.upper())) is not None}
-        return replace(interpret_pages(data, pages)[0], name=loads(data).name) if names else None
-    except CompgenError:
-        return None
+        if not names:
+            raise
+    pages = {name: text for name in names if (text := find_program(name.upper())) is not None}
+    return replace(interpret_pages(data, pages)[0], name=loads(data).name)
 
 
 def _canonical_course(program: Program, robot: Robot, frames: Frames) -> ProgramCourse:

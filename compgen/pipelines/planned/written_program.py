@@ -9,7 +9,7 @@ import numpy as np
 from compgen.core import stages
 from compgen.core.arrays import Array, BoolArray, IntArray, cumulated, first_true, step_lengths
 from compgen.core.evaluation import done
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.finding_codes import Code
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
@@ -17,7 +17,7 @@ from compgen.core.rotations import relative_rotation
 from compgen.core.stages import Progress
 from compgen.core.units import MM
 from compgen.job.job import Job
-from compgen.pipelines.files.program_course import canonical_program
+from compgen.pipelines.files.program_course import read_canonical
 from compgen.pipelines.files.twin_of_job import at_start, deviation_of, prepared_for
 from compgen.pipelines.findings.job_findings import own_file_findings
 from compgen.pipelines.planned import generate, motion_predistortion
@@ -74,11 +74,10 @@ def fly_written(
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive the text.
     """
-    program = canonical_program(data, find_program)
-    if program is None:
-        raise InputError(
-            "it is not a program that cgen generate wrote, or one of its pages is missing beside it; generate it anew"
-        )
+    try:
+        program = read_canonical(data, find_program)
+    except CompgenError as failure:
+        raise InputError(f"it is no program as cgen generate writes it ({failure}); generate it anew") from None
     planned = generate.plan_uncorrected(job, progress)
     rows, path = _positions_of(job, planned.path, program)
     _refuse_other_motion(planned, path, program)
