@@ -30,6 +30,7 @@ from compgen.report.study_tables import (
     band_caveat,
     grid_of,
     largest_and_least,
+    of_beyond_measured,
     plain,
     study_columns,
     study_csv,
@@ -51,10 +52,10 @@ def study_html(title: str, outcome: StudyOutcome, *, options: PageOptions = PLAI
         live: The part of the page that lives, as HTML.
     """
     study, rows, answers, base = outcome.study, outcome.rows, outcome.answers, outcome.base
-    sentences, inputs = [answer.sentence for answer in answers], Inputs() if base is None else job_inputs(base)
+    *sentences, caveat = study_sentences(outcome)
+    inputs = Inputs() if base is None else job_inputs(base)
     shown: dict[str, Any] = {"grid": None, "figures": []}
     if study is not None and study.scenarios:
-        sentences.insert(0, largest_and_least(study, rows))
         grid = grid_of(study.keys, rows)
         figures = list(_figures(grid, study, _limit(study, base, outcome.max_um)))
         shown = {"grid": grid, "figures": figures, **_scenarios(study, grid, rows)}
@@ -65,7 +66,7 @@ def study_html(title: str, outcome: StudyOutcome, *, options: PageOptions = PLAI
         inputs=inputs,
         options=options,
         sentences=[_printed(sentence) for sentence in sentences],
-        caveat=_printed(band_caveat(rows)),
+        caveat=_printed(caveat),
         answers=[(TITLES[answer.key], answer_figure(answer), answer.key, answer) for answer in answers],
         passes=passes_rows,
         live=Markup(live),
@@ -187,4 +188,9 @@ def study_sentences(outcome: StudyOutcome) -> list[str]:
     """What a study comes to: a headline, a sentence for each question, and what none of the numbers says."""
     study, rows = outcome.study, outcome.rows
     of_scenarios = [largest_and_least(study, rows)] if study is not None else []
-    return [*of_scenarios, *(answer.sentence for answer in outcome.answers), band_caveat(rows)]
+    return [
+        *of_scenarios,
+        *(answer.sentence for answer in outcome.answers),
+        *of_beyond_measured(rows),
+        band_caveat(rows),
+    ]

@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -196,6 +196,14 @@ def band_caveat(rows: list[StudyRow]) -> str:
     sensors = [row["sensor_um"] for row in rows if "sensor_um" in row]
     unseen = f", unless a temperature sensor is off unseen (0 to {rounded(max(sensors))} um)" if sensors else ""
     return f"uncertainty of the robot data: {amount} um (95 %){unseen}; {beyond}"
+
+
+def of_beyond_measured(rows: list[StudyRow]) -> Iterator[str]:
+    """That scenarios leave what the heat model was measured over, by the first of them."""
+    beyond = [row for row in rows if "beyond_measured" in row]
+    if beyond:
+        count = f"{len(beyond)} of {counted(len(rows), 'scenario', 'scenarios')}"
+        yield f"{count} beyond what was measured: scenario {beyond[0]['index']}: {beyond[0]['beyond_measured']}"
 
 
 def largest_and_least(study: Study, rows: list[StudyRow]) -> str:

@@ -33,7 +33,7 @@ from compgen.pipelines.study.geometry import execute_with, part_weight, plan_geo
 from compgen.pipelines.study.questions import answer_questions, first_above, first_below, passes, when_settled
 from compgen.pipelines.study.scenarios import Scenario
 from compgen.pipelines.study.workers import geometry_key
-from compgen.report.study_page import study_html
+from compgen.report.study_page import study_html, study_sentences
 from compgen.report.study_tables import StudyOutcome, answer_csv, largest_and_least, study_csv
 from compgen.thermal.schedule import History
 from compgen.verification.deviation import deviation_from_path, statistics
@@ -264,6 +264,21 @@ def test_what_no_scenario_can_mend_is_not_laid_on_what_varies(path, base, refusa
     with pytest.raises(InputError, match=re.escape(refusal)) as refused:
         build(path, None, base, ("duty=0.1,0.2",), None, correct=False)
     assert "--vary" not in str(refused.value)
+
+
+def test_scenarios_beyond_what_was_measured_are_named_as_predict_names_them():
+    """Thirty hours of work where the law is known for six and a half: 144 um, without a word."""
+    hours = (5, 30)
+    study = build(PATH, None, (), (f"before.0.duration_h={hours[0]},{hours[1]}",), None, correct=False)
+    rows = rows_of(study)
+    for row, hour in zip(rows, hours, strict=True):
+        planned = generate.predict(load_job(PATH, overrides=[f"before.0.duration_h={hour}"]), quiet)
+        wanted = "; ".join(f.message for f in planned.findings if f.code == "thermal.box")
+        assert row.get("beyond_measured", "") == wanted
+    outcome = StudyOutcome(study=study, rows=rows, answers=[])
+    assert any(
+        s.startswith("1 of 2 scenarios beyond what was measured: scenario 1: 30") for s in study_sentences(outcome)
+    )
 
 
 def test_a_key_that_only_the_scenarios_have_is_known(tmp_path):

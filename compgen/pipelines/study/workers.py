@@ -26,6 +26,7 @@ from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.planned import generate
 from compgen.pipelines.study.geometry import Geometry, band_at_samples, execute_with, plan_geometry
 from compgen.pipelines.study.scenarios import Scenario, Study
+from compgen.thermal.model import extrapolations
 from compgen.verification.deviation import Deviation, deviation_from_path, statistics
 
 StudyRow = dict[str, Any]
@@ -85,6 +86,9 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> StudyRow:
             "duration_s": _round(float(execution.time[-1])),
             "waypoints": len(geometry.path.arc),
         } | {f"start_{n}_K": _round(float(r)) for n, r in zip(job.heat.names, execution.rise[0], strict=True)}
+        heat, duties, time = job.cell.heat, job.duties_before(), float(execution.time[-1])
+        if beyond := extrapolations(heat, duties, job.feed, time, execution.rise, job.history.step_at):
+            row["beyond_measured"] = "; ".join(beyond)
         band = band_at_samples(job, geometry)
         row["band_um"] = _round(band.largest / UM)
         if band.hidden:
