@@ -10,7 +10,7 @@ from pathlib import Path
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY, HOUR
 from compgen.job.job import Cell, ProgramPlan
-from compgen.job.motion_plan import plan_written_motion
+from compgen.job.motion_plan import plan_motion_for_heat, plan_written_motion
 from compgen.thermal import Ambient, Duty, JointMotion
 from compgen.thermal.duty import MeanLosses
 from compgen.thermal.schedule import STANDING, History, Shift, Step, expand_steps
@@ -47,7 +47,9 @@ class Programs:
     def losses(self, name: str, feed: float) -> MeanLosses:
         """Of the drives over a program at a feed, and standing in its poses."""
         if (name, feed) not in self._losses:
-            self._losses[name, feed] = self._cell.heat.mean_losses(partial(self.motion, name, feed))
+            self._losses[name, feed] = self._cell.heat.mean_losses(
+                partial(plan_motion_for_heat, self.plan(name), self._cell, feed)
+            )
         return self._losses[name, feed]
 
     def standing(self) -> Duty:

@@ -23,6 +23,7 @@ from compgen.error_model.model import ErrorModel
 from compgen.job.job import Cell, Process, ProgramPlan
 from compgen.job.moves_in_arcs import page_stops_of_arcs, without_period
 from compgen.planning import retiming, toolpath
+from compgen.planning.exact_path import MAX_SPACING
 from compgen.planning.lead_in import LeadIn, LeadInArm, plan_lead_in
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import LayoutSettings, ToolPath
@@ -36,6 +37,7 @@ from compgen.robot.robot import Robot
 from compgen.thermal import JointMotion
 
 FIRST_PIECES = 8  # of a pattern: they say to which side its joints turn first
+HEAT_CHORD = 20e-6  # [m] of the path on which losses of the drives are looked at
 COARSE = 1e-3  # [m] chord of the path on which reversals are looked for
 LEAST_TURN = 0.2 * DEG  # of each joint on a lead-in, also where the robot file knows of no play
 
@@ -191,6 +193,23 @@ def _joints(program: ProgramPlan, robot: Robot, pose: Pose) -> Array:
 def keeps_waypoints(process: Process) -> bool:
     """Whether the program is driven through each waypoint that is laid."""
     return process.thin is None or process.arcs
+
+
+def plan_motion_for_heat(program: ProgramPlan, cell: Cell, feed: float) -> JointMotion:
+    """A program's motion on as few waypoints as show what its drives lose in the mean, in one file.
+
+    On all that a chord of 1.5 um asks for, with the stops of pages, the losses are within 0.5 % the same.
+
+    Raises:
+        InputError: The path cannot be laid.
+        ImpossibleError: The robot cannot drive it.
+    """
+    process = program.process
+    spacing = max(process.spacing, MAX_SPACING)
+    coarse = replace(process, chord=max(process.chord, HEAT_CHORD), spacing=spacing, thin=None)
+    return plan_motion(
+        replace(program, process=coarse), cell, feed, lambda stage, share: None, pages=False
+    ).joint_motion
 
 
 def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> MotionPlan:

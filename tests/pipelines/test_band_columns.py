@@ -360,7 +360,8 @@ def test_the_shipped_file_has_the_distance_of_its_two_models():
         rise = job.start_rise()
         grown.append(np.array([growth.a[1] @ rise, growth.d[3] @ rise, growth.d[5] @ rise]))
     ends = load_job(path_file("spiral_1300")).cell.warmth.growth
-    assert_allclose([max(ends[length], key=abs) for length in ("a2", "d4", "d6")], grown[1] / grown[0] - 1, atol=1e-3)
+    largest = [max(ends[length], key=abs) for length in ("a2", "d4", "d6")]
+    assert_allclose(largest, grown[1] / grown[0] - 1, atol=2e-3)  # of waypoints that show losses within half a percent
 
 
 def test_the_shipped_spiral_has_the_budget_that_its_page_says():

@@ -11,12 +11,13 @@ from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.job import day_before
 from compgen.job.job import Cell, Job, ProgramPlan
-from compgen.job.motion_plan import MotionPlan, plan_written_motion
+from compgen.job.motion_plan import MotionPlan, plan_motion_for_heat, plan_written_motion
 from compgen.pipelines.files.path_file import load_job
 from compgen.pipelines.files.twin_of_job import twin_of
 from compgen.pipelines.planned import generate
 from compgen.pipelines.planned.job_results import Corrected, Planned
 from compgen.pipelines.uncertainty.model_form import fly_across
+from compgen.thermal import JointMotion
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 
@@ -108,23 +109,22 @@ def test_a_file_for_a_later_start_is_judged_at_it_on_both_models(served: str, st
 def test_the_other_model_plans_the_day_and_not_the_program_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     feeds = []
 
-    def planned(program: ProgramPlan, cell: Cell, feed: float) -> MotionPlan:
+    def planned(program: ProgramPlan, cell: Cell, feed: float) -> JointMotion:
         feeds.append(feed)
-        return plan_written_motion(program, cell, feed)
+        return plan_motion_for_heat(program, cell, feed)
 
-    monkeypatch.setattr(day_before, "plan_written_motion", planned)
+    monkeypatch.setattr(day_before, "plan_motion_for_heat", planned)
     job = load_job(LINE, None, ["process.feed_mm_s=100", "before.0.feed_mm_s=150"])
     assert job.on_other_heat_model is not None
     assert job.on_other_heat_model(None).heat.names != job.heat.names
     assert feeds == [0.15]
 
 
-@pytest.mark.parametrize(("change", "planned_anew"), [
-    ("process.feed_mm_s=200", []), ("process.thin_um=5", [0.2]), ("before.0.feed_mm_s=150", [0.15])
-])  # fmt: skip
+@pytest.mark.parametrize(("change", "planned_anew"), [("process.feed_mm_s=200", 1), ("process.thin_um=5", 2)])
 def test_a_program_that_ran_before_is_planned_once_for_both_models(
-    change: str, planned_anew: list[float], monkeypatch: pytest.MonkeyPatch
+    change: str, planned_anew: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Three runs before: how long each takes is the program's, which drops waypoints where it is thinned."""
     feeds = []
 
     def counted(program: ProgramPlan, cell: Cell, feed: float) -> MotionPlan:
@@ -132,12 +132,28 @@ def test_a_program_that_ran_before_is_planned_once_for_both_models(
         return plan_written_motion(program, cell, feed)
 
     monkeypatch.setattr(day_before, "plan_written_motion", counted)
-    planned, result = corrected(change, path=str(ROOT / "paths" / "circle_1300.toml"))
-    assert feeds == planned_anew
+    runs = 'before=[{state="moving", feed_mm_s=200, repeat=3}]'
+    planned, result = corrected(change, runs, path=str(ROOT / "paths" / "circle_1300.toml"))
+    assert feeds == planned_anew * [0.2]
     prepared = prepare(result.twin, result.program, result.before, result.air)
     anew = fly_across(planned.job, on_other_model(planned), prepared, result.deviation)
     assert result.model_form is not None
     assert astuple(result.model_form) == astuple(anew)
+
+
+@pytest.mark.parametrize("name", ["circle_1300", "spiral_1300", "optic_raster", "optic_spiral"])
+@pytest.mark.parametrize("feed", [0.02, 0.2])
+def test_few_waypoints_show_what_the_drives_lose(name: str, feed: float) -> None:
+    job = load_job(str(ROOT / "paths" / f"{name}.toml"), None, ["robot.thermal.model=network", "before=[]"])
+    few, all_of_it = (
+        job.heat.mean_losses(lambda motion=motion: motion)
+        for motion in (
+            plan_motion_for_heat(job.plan, job.cell, feed),
+            plan_written_motion(job.plan, job.cell, feed).joint_motion,
+        )
+    )
+    for one, other in zip(few, all_of_it, strict=True):
+        assert np.abs(np.subtract(one, other)).sum() < 0.005 * np.sum(other)
 
 
 def test_a_robot_with_one_model_has_no_model_form(tmp_path: Path) -> None:
