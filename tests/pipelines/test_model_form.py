@@ -1,6 +1,7 @@
 """Cross flight: what one heat model corrected, driven on the other."""
 
 from dataclasses import astuple
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -145,14 +146,12 @@ def test_a_program_that_ran_before_is_planned_once_for_both_models(
 @pytest.mark.parametrize("feed", [0.02, 0.2])
 def test_few_waypoints_show_what_the_drives_lose(name: str, feed: float) -> None:
     job = load_job(str(ROOT / "paths" / f"{name}.toml"), None, ["robot.thermal.model=network", "before=[]"])
-    few, all_of_it = (
-        job.heat.mean_losses(lambda motion=motion: motion)
-        for motion in (
-            plan_motion_for_heat(job.plan, job.cell, feed),
-            plan_written_motion(job.plan, job.cell, feed).joint_motion,
-        )
-    )
-    for one, other in zip(few, all_of_it, strict=True):
+    motions = [
+        plan_motion_for_heat(job.plan, job.cell, feed),
+        plan_written_motion(job.plan, job.cell, feed).joint_motion,
+    ]
+    few, every = (job.heat.mean_losses(partial(lambda motion: motion, motion)) for motion in motions)
+    for one, other in zip(few, every, strict=True):
         assert np.abs(np.subtract(one, other)).sum() < 0.005 * np.sum(other)
 
 
