@@ -144,6 +144,37 @@ def test_a_stand_is_as_long_as_rows_rest_whatever_ramps_were_assumed(tmp_path, r
         assert stand.stood == pytest.approx(np.ptp(rest), abs=0.06)
 
 
+@pytest.mark.parametrize(
+    ("waits", "stood", "hold"),
+    [
+        ({2: 2.0}, {1: 0.9, 2: 2.0}, ()),
+        ({1: 0.5, 2: 2.0}, {1: 0.5, 2: 2.0}, ()),
+        ({1: 0.5, 2: 2.0}, {1: 1.3, 2: 2.0}, ()),
+        ({1: 1.5}, {1: 1.5}, ((2.9, 1.1),)),
+        ({1: 1.5}, {1: 1.9}, ((3.3, 1.1),)),
+    ],
+)
+def test_each_place_between_two_steady_runs_has_its_own_stand(tmp_path, robot, waits, stood, hold):
+    """P[2] and P[3] are 12 mm apart: the longer of two stands had the waits of both, and the other none."""
+    places = [(1000, 0, 100), (1300, 0, 100), (1312, 0, 100), (1312, 300, 100)]
+    points = [ls_text.cartesian(n, (*place, 180.0, 0.0, 0.0)) for n, place in enumerate(places, 1)]
+    moves = [f"L P[{n}] 100mm/sec FINE" for n in range(1, 5)]
+    for node in sorted(waits, reverse=True):
+        moves.insert(node + 1, f"WAIT   {waits[node]:.2f}(sec)")
+    content = ls_text.program(moves, points)
+    course = course_of_text(content, robot, default_frames())
+    log = by_steps(course, logs.Run(ramp=0.1, wait=stood, hold=hold), logs.Logger(noise=1e-6))
+    run = judged(tmp_path, robot, content, log)
+    stands = [*stood.items(), *((None, seconds) for _, seconds in hold)]
+    stands.sort(key=lambda stand: course.arc[stand[0]] if stand[0] else course.at(course.arc, hold[0][0] * 0.1))
+    assert [(s.planned, s.at_stop) for s in run.clock.stands] == [
+        (waits.get(node, 0.0), node is not None) for node, _ in stands
+    ]
+    for stand, (_, seconds) in zip(run.clock.stands, stands, strict=True):
+        assert stand.stood == pytest.approx(seconds, abs=0.15)
+    assert run.clock.took == pytest.approx(run.clock.expected, abs=0.4)
+
+
 @pytest.mark.parametrize("override", [1.0, 0.5])
 def test_a_wait_behind_cnt_is_planned_once_and_no_hold(tmp_path, robot, override):
     """A second too much was planned of two, and *the robot stood where the program does not stop* was said."""

@@ -8,6 +8,7 @@ and from stop to stop t_0 changes by what the stop costs: its ramps, its wait, a
 One log cannot part a clock that is off by a share from a program that is slower by it.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -32,6 +33,7 @@ FEW = 0.3  # of the rows
 RAMPS = 0.25  # of a run's time at its written speeds, that ramps may add where its rate is sure
 BEYOND = 0.25  # [s] that a stop costs more than planned, from where the robot is taken to have stood
 NEAR_STOP = 1e-3  # [m] from a stop, where the robot stands at it
+SHORTEST = 1e-6  # [s] of a stand
 AT_REST = 2e-5  # [m] from the first stop, while the robot still stands there
 CORNER = 0.35  # [s] on each side of a corner, in which it is cut and the way looks slow
 
@@ -253,7 +255,7 @@ def _assessed(
     rests = np.array([begin for begin, _ in still], dtype=np.int64)
     seen = np.searchsorted(rests, b) > np.searchsorted(rests, a)  # ramps take longer than planned without a rest
     stood = (between.is_hold | (beyond > BEYOND) & seen | (between.waits > 0)) & between.is_judged
-    stands = [between.stand(k, float(beyond[k]), still) for k in np.flatnonzero(stood).tolist()]
+    stands = [stand for k in np.flatnonzero(stood).tolist() for stand in between.stands(k, float(beyond[k]), still)]
     edges = [stretches[0].begin, *turns.tolist(), stretches[-1].end]
     first, last = int(rows[0]), int(rows[-1])
     marks = np.interp(np.concatenate([[time[first]], turns, [time[last]]]), time, c)
@@ -291,25 +293,28 @@ class _Between:
         longer = np.diff(self.span)[:, 0] - (planned[self.b] - planned[self.a]) - self.ramps - self.waits
         return float(longer[~self.is_judged].sum())
 
-    def stand(self, k: int, beyond: float, still: list[tuple[int, int]]) -> Stand:
-        """Where the robot stood in one of them, of several stops where it stood longest."""
-        course, a, nodes = self.steady.course, self.a[k], slice(self.first[k], self.last[k])
-        time, arc = self.steady.time, self.steady.arc
-        rests = [(begin, end) for begin, end in still if a < begin and end < self.b[k]]
-        stops, is_hold = course.arc[nodes][course.rests[nodes]], bool(self.is_hold[k])
-        at = self.held[np.searchsorted(self.held, arc[a])] if is_hold or not len(stops) else stops[0]
-        if rests and len(stops) and not is_hold:
-            longest = max(rests, key=lambda rest: time[rest[1]] - time[rest[0]])
-            at = stops[nearest_rows(stops, arc[[longest[0]]])[0]]
-        there = [(float(time[x]), float(time[y])) for x, y in rests if abs(arc[x] - at) <= NEAR_STOP]
-        return Stand(
-            time=there[0][0] if there else float(time[a]),
-            arc=float(at),
-            stood=sum(end - begin for begin, end in there),
-            beyond=beyond,
-            planned=float(self.waits[k]),
-            at_stop=not is_hold,
-        )
+    def stands(self, k: int, beyond: float, still: list[tuple[int, int]]) -> Iterator[Stand]:
+        """Where the robot stood in one of them: at stops that wait or cost time, and where it was held."""
+        course, time, arc, a, b = self.steady.course, self.steady.time, self.steady.arc, self.a[k], self.b[k]
+        nodes = self.first[k] + np.flatnonzero(course.rests[self.first[k] : self.last[k]])
+        held = _apart(self.held[slice(*np.searchsorted(self.held, arc[[a, b]]))], NEAR_STOP)
+        places, wait = np.append(course.arc[nodes], held), np.append(course.wait[nodes], np.zeros(len(held)))
+        rests = [(begin, end) for begin, end in still if a < begin and end < b]
+        of = np.abs(arc[[begin for begin, _ in rests], None] - places).argmin(axis=1)
+        stood = np.bincount(of, [time[end] - time[begin] for begin, end in rests], len(places))
+        excess = np.maximum(stood - wait, 0.0)
+        named = (wait > 0) | (excess > BEYOND) | (np.arange(len(places)) >= len(nodes))
+        named[stood.argmax()] |= not named.any()
+        share = np.where(named, excess + SHORTEST, 0.0)  # of what is beyond, told once
+        for n in np.flatnonzero(named):
+            yield Stand(
+                time=next((float(time[begin]) for (begin, _), m in zip(rests, of, strict=True) if m == n), time[a]),
+                arc=float(places[n]),
+                stood=float(stood[n]),
+                beyond=beyond * float(share[n] / share.sum()),
+                planned=float(wait[n]),
+                at_stop=bool(n < len(nodes)),
+            )
 
 
 def _begun(steady: _Steady, first: int, rate: float) -> float:
