@@ -282,7 +282,8 @@ def _seconds(layout: Layout, times: Sequence[int]) -> tuple[list[str], str]:
             f"{layout.where(times[0], lines[0])}: '{moments[0]}' is of a day that is not read; write {_MOMENT}"
         )
     clock = " in hours and minutes" if moments[0].count(":") == 1 else ""
-    return list(map(repr, seconds)), f", {_WORDS[kind.strip('z')]}{clock} with{'' if 'z' in kind else 'out'} a zone"
+    zone = " with a zone, in UTC" if "z" in kind else " without a zone"
+    return list(map(repr, seconds)), f", {_WORDS[kind.strip('z')]}{clock}{zone}"
 
 
 def _decimal(layout: Layout, columns: Sequence[int]) -> str:
