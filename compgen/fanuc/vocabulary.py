@@ -147,7 +147,8 @@ MESSAGE_OR_PAUSE = any_case(r"^(?:MESSAGE\[[^\]]*\]|PAUSE)$")
 END = any_case(r"(?:^|,)\s*END\s*$")
 WAIT = any_case(r"WAIT\s+(\d*\.?\d+)\s*\(?\s*sec\s*\)?")  # seconds
 #: What lasts, or makes the robot slower, as run time or an operator decides; WAIT with its seconds is another matter.
-UNTIMED = any_case(r"^(?:WAIT|PAUSE)\b(?!\s+\.?\d)|^(?:OVERRIDE\s*=(?!\s*100\s*%)|(?:LINEAR|JOINT)_MAX_SPEED\b)")
+UNTIMED_WAIT = any_case(r"^(?:WAIT|PAUSE)\b(?!\s+\.?\d)")
+UNTIMED = any_case(rf"{UNTIMED_WAIT.pattern}|^(?:OVERRIDE\s*=(?!\s*100\s*%)|(?:LINEAR|JOINT)_MAX_SPEED\b)")
 JUMP = any_case(r"^JMP\b")
 LABEL_ALONE = any_case(r"^LBL\[\s*(\d*)")
 ABORT = any_case(r"^(?:END|ABORT)\s*$")

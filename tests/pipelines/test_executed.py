@@ -186,8 +186,29 @@ def test_a_wait_behind_cnt_is_planned_once_and_no_hold(tmp_path, robot, override
     course = course_of_text(content, robot, default_frames())
     driven = replace(course, stop=course.stop | (np.arange(5) == 2))
     run = judged(tmp_path, robot, content, by_steps(driven, logs.Run(ramp=0.25, override=override, wait={2: 2.0})))
-    assert [(s.planned, s.at_stop) for s in run.clock.stands] == [(2.0, True)]
+    assert [(s.planned, s.at_stop) for s in run.held] == [(2.0, True)]
+    assert run.held == list(run.clock.stands)
     assert run.clock.took == pytest.approx(run.clock.expected, abs=0.3)
+
+
+@pytest.mark.parametrize(("statement", "at_stop"), [("WAIT DI[3]=ON", True), ("PAUSE", True), ("DO[3]=ON", False)])
+def test_a_stand_where_the_program_waits_for_a_signal_is_no_hold(tmp_path, robot, statement, at_stop):
+    """*The robot stood where the program does not stop* was said of a handshake behind CNT."""
+    places = [(1000, -300, -100), (1300, -300, -100), (1300, 200, -100), (1000, 200, -80)]
+    points = [ls_text.cartesian(n, (*place, 180.0, 0.0, 0.0)) for n, place in enumerate(places, 1)]
+    ways = ["100mm/sec FINE", "100mm/sec CNT100", "150mm/sec CNT100", "60mm/sec FINE"]
+    moves = [f"L P[{n}] {way}" for n, way in enumerate(ways, 1)]
+    content = ls_text.program([*moves[:3], statement, *moves[3:]], points)
+    course = course_of_text(content, robot, default_frames())
+    driven = replace(course, stop=course.stop | (np.arange(4) == 2))
+    run = judged(tmp_path, robot, content, by_steps(driven, logs.Run(ramp=0.25, wait={2: 3.1})))
+    (stand,) = run.clock.stands
+    assert (stand.planned, stand.at_stop) == (0.0, at_stop)
+    assert run.held == [stand]  # no smoothing is fitted across it
+    assert stand.stood == pytest.approx(3.1, abs=0.2)
+    through = judged(tmp_path, robot, content, by_steps(course, logs.Run(ramp=0.25)))
+    assert not through.clock.stands
+    assert [s.override for s in through.clock.stretches] == [1.0]
 
 
 @pytest.mark.parametrize("override", [0.5, 0.1])

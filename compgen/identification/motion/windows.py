@@ -144,7 +144,7 @@ def _spans(run: ExecutedRun) -> list[_Span]:
     course, clock, spans = run.course, run.clock.clock, list[_Span]()
     stops = np.flatnonzero(course.stop)
     first, last = run.covered
-    held = [s.arc for s in run.clock.stands if not s.at_stop]
+    held = [stand.arc for stand in run.held]
     arcs, index = np.unique(run.deviation.arc, return_index=True)
     times = run.deviation.time[index]
     for a, b in zip(stops[:-1].tolist(), stops[1:].tolist(), strict=True):

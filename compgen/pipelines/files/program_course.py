@@ -22,9 +22,10 @@ from compgen.fanuc.analysis.poses import Poses, require_frames
 from compgen.fanuc.analysis.program_context import ProgramContext
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.canonical.reader import interpret
-from compgen.fanuc.listing.listing import LsProgram, loads
+from compgen.fanuc.listing.listing import LsProgram, loads, other_statements
 from compgen.fanuc.paging.join_check import called_pages as called_pages
 from compgen.fanuc.paging.join_check import interpret_pages
+from compgen.fanuc.vocabulary import UNTIMED_WAIT
 from compgen.program.driven import NONE, DrivenProgram
 from compgen.program.frames import Frames
 from compgen.program.program import Program
@@ -125,6 +126,7 @@ def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Program
         "stop": program.fine,
         "kept": np.where(program.fine, 0.0, 1.0),
         "wait": np.zeros(N),
+        "waits": np.zeros(N, dtype=bool),
         "number": np.arange(1, N + 1),
         "theta": theta,
     }
@@ -146,7 +148,7 @@ def _course(
     number, position = divided(nodes["position"], via)
     base, nearest = np.floor(number).astype(np.int64), np.rint(number).astype(np.int64)
     columns: dict[str, Any] = {}
-    for name in ("stop", "wait", "number"):
+    for name in ("stop", "wait", "waits", "number"):
         columns[name] = np.where(number % 1 > 0, 0, nodes[name][base]).astype(nodes[name].dtype)
     for name in ("cruise", "planned", "theta"):
         columns[name] = at_numbers(nodes[name], number)
@@ -198,6 +200,7 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
         "stop": stop,
         "kept": np.where(rests, 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),
         "wait": wait,
+        "waits": (wait > 0) | _waits_for_signals(program, drive, at),
         "number": poses.number[pose].astype(np.int64),
         "theta": poses.theta[pose],
     }
@@ -211,6 +214,13 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     several_frames, several_tools = (count > 1 for count in frames_and_tools)
     course = replace(course, elsewhere=_elsewhere(poses.tool[pose], judged, nodes["position"]), flow=drive.flow)
     return replace(course, settles=True, several_frames=several_frames, several_tools=several_tools)
+
+
+def _waits_for_signals(program: LsProgram, drive: DrivenProgram, at: IntArray) -> BoolArray:
+    """Stations at which the program waits for as long as run time or an operator decides, of some, (n,)."""
+    lines = [number for number, text in other_statements(program) if UNTIMED_WAIT.match(text)]
+    behind = np.searchsorted(np.array(program.motions.line)[drive.motion[at]], lines)
+    return np.isin(np.arange(1, len(at) + 1), behind)
 
 
 def _elsewhere(tool: IntArray, judged: BoolArray, position: Array) -> tuple[float, float]:

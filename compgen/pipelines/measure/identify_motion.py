@@ -78,7 +78,7 @@ def _unlike_a_job(run: ExecutedRun, windows: Sequence[Window]) -> Iterator[Findi
         )
     if any((window.kept < LEAST_CNT).any() for window in windows):
         unlike.append(f"it has corners below CNT{LEAST_CNT / PERCENT:.0f}, and how long these wait no log has shown")
-    if held := [stand for stand in run.clock.stands if not stand.at_stop]:
+    if held := run.held:
         places = ", ".join(run.course.point_name(stand.arc) for stand in held[:3])
         message = f"the robot was held near {places}: from the stop before it to the next one nothing is fitted"
         yield Finding(Level.NOTE, Code.EXECUTED_HELD, f"{message}; log a run that nobody holds")

@@ -41,6 +41,7 @@ SAME_SPREAD = 0.05  # [m2] of an arm: a fifth of a period of means
     planned=("N",),
     stop=("N",),
     wait=("N",),
+    waits=("N",),
     number=("N",),
     theta=("N", 6),
 )
@@ -56,7 +57,8 @@ class ProgramCourse:
     kept: Array  # (N,) n / 100 of CNT n, 0 where it stops
     planned: Array  # (N,) [s]
     stop: BoolArray  # (N,)
-    wait: Array  # (N,) [s] that the program waits there
+    wait: Array  # (N,) [s] that the program waits there, as far as it tells
+    waits: BoolArray  # (N,) where it waits, for seconds, a signal or an operator
     number: IntArray  # (N,) n of P[n], 0 between the ends of an arc
     theta: Array  # (N, 6) [rad], NaN where they are not known
     frame: Pose  # the user frame in World
@@ -73,7 +75,7 @@ class ProgramCourse:
     @property
     def rests(self) -> BoolArray:
         """Nodes at which the program stops, or waits behind CNT, (N,)."""
-        return self.stop | (self.wait > 0)
+        return self.stop | self.waits
 
     @property
     def length(self) -> float:

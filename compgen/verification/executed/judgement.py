@@ -10,7 +10,8 @@ from compgen.core.exceptions import InputError
 from compgen.core.finding_codes import Code, Level
 from compgen.core.findings import Finding, beyond_text
 from compgen.core.units import MM, MS, PERCENT, UM, counted
-from compgen.verification.executed.clock_fit import ClockFit, chords, fit_clock, nearest_rows
+from compgen.verification.executed.clock_fit import NEAR_STOP, ClockFit, chords, fit_clock, nearest_rows
+from compgen.verification.executed.clock_rates import Stand
 from compgen.verification.executed.course import ProgramCourse
 from compgen.verification.executed.followed_log import FollowedLog, constant_offset, offset_words
 from compgen.verification.executed.path_deviation import RESTING, Likeness, PathDeviation, log_deviation
@@ -53,6 +54,12 @@ class ExecutedRun:
     def steady(self) -> tuple[float, float] | None:
         """The log's clock at the first and the last row by which the time is judged [s]; None where there is none."""
         return _steady(self.deviation, self.clock)
+
+    @property
+    def held(self) -> list[Stand]:
+        """Where the robot stood between two stops: held, or as the program waits behind CNT."""
+        stops = self.course.arc[self.course.stop]
+        return [stand for stand in self.clock.stands if np.abs(stops - stand.arc).min() > NEAR_STOP]
 
     @property
     def inside(self) -> bool:

@@ -32,6 +32,7 @@ def course(points):
         planned=clock,
         stop=stop,
         wait=np.zeros(N),
+        waits=np.zeros(N, dtype=bool),
         number=np.arange(1, N + 1),
         theta=np.full((N, 6), np.nan),
         frame=IDENTITY,
