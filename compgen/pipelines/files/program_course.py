@@ -191,13 +191,12 @@ def course_of_driven(program: LsProgram, robot: Robot, poses: Poses, drive: Driv
     planned, written = (np.cumsum(pause + each)[at] for each in (drive.duration, drive.written))
     wait = np.append(np.where(follows, pause[at[1:]], 0.0), 0.0)
     rests = drive.stop[at] | (at == len(drive.pose) - 1)  # at its end a program rests, whatever its last line says
-    stop = rests | ~np.append(False, judged) | ~np.append(judged, False)
     nodes = {
         "position": poses.tcp.position[pose],
         "judged": judged,
         "cruise": cumulated(np.diff(written) - wait[:-1]),
         "planned": planned - planned[0],
-        "stop": stop,
+        "stop": rests | ~np.append(False, judged) | ~np.append(judged, False),
         "kept": np.where(rests, 0.0, _kept_speed(np.array(program.motions.termination)[drive.motion[at]])),
         "wait": wait,
         "waits": (wait > 0) | _waits_for_signals(program, drive, at),
