@@ -471,6 +471,8 @@ def points(text: str) -> Reading:
     """Places of a CSV file, as lines between them; whether lines are meant the path file says."""
     rows = [(n, line.split(",")) for n, line in enumerate(lines_of(text), 1) if line.strip(" \t")]
     header = [name.strip(" \t") for name in rows[0][1]]
+    size = {c: 25.4 if c[0] + "_in" in header else 1.0 for c in COLUMNS[:3]}  # each coordinate in its own unit
+    header = [name[0] + "_mm" if name in ("x_in", "y_in", "z_in") else name for name in header]
     if len(set(header)) < len(header) or not set(header) <= set(COLUMNS) or not set(COLUMNS[:3]) <= set(header):
         raise Unreadable(f"columns {header}")
     if 0 < len(set("ijk") & set(header)) < 3:
@@ -481,7 +483,7 @@ def points(text: str) -> Reading:
         if len(cells) != len(header):
             raise Unreadable(f"line {n}: {len(cells)} cells")
         row = {name: cell.strip(" \t") for name, cell in zip(header, cells, strict=True)}
-        end = place(number(row[c], True) for c in COLUMNS[:3])
+        end = place(size[c] * number(row[c], True) for c in COLUMNS[:3])
         normal = place(number(row[c], True) for c in "ijk") if "i" in row else None
         if normal and abs(length(normal) - 1) > 1e-3:
             raise Unreadable(f"line {n}: a normal that is no unit vector")

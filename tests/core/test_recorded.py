@@ -56,14 +56,6 @@ def test_a_drawn_file_is_read_as_by_who_is_told_how_it_is_written(tmp_path, seed
     assert "No." in table.recorded.left_out
 
 
-def test_a_place_has_one_unit(tmp_path):
-    """x 25.4 times as far as y and z was driven, for a word of the header."""
-    file = written(tmp_path, "x_in,y_mm,z_mm\n28.315,0,0\n25.466,9.055,1.081\n")
-    assert "x_in in inch, y_mm in mm, z_mm in mm: one place in several units" in refusal(file, PLACE, POINTS)
-    inches = written(tmp_path, "x_in,y_in,z_in\n1,0,0\n2,1,0\n")
-    assert_allclose(column(read(inches, PLACE, POINTS), "x_mm"), [25.4, 50.8])
-
-
 @pytest.mark.parametrize("head", ["Time [d]", "Zeit (Tage)", "t in days"])
 def test_days_are_no_seconds(tmp_path, head):
     """They were asked for as ``columns = { time_s = "Time [d]" }``, and then read as seconds."""

@@ -77,7 +77,7 @@ BAD = {
     "nothing in it": (lambda r: "", ("empty",)),
     "no rows": (lambda r: HEAD + "\n", ("no rows",)),
     "column missing": (lambda r: text([x[:-1] for x in r], HEAD[: -len(",z_mm")]), ("column z_mm", "missing")),
-    "column in metres": (lambda r: text(r, HEAD.replace("x_mm", "x_m")), ("x_m in m, y_mm in mm",)),
+    "column in metres": (lambda r: text(r, HEAD.replace("x_mm", "x_m")), ("misses the places",)),
     "column unknown": (lambda r: text([[*x, "1"] for x in r], HEAD + ",colour"), ("column colour", "unknown")),
     "column twice": (lambda r: text([[*x, "1"] for x in r], HEAD + ",x_mm"), ("x_mm", "twice")),
     "short row": (lambda r: text([*r, ["99", "a", "1"]]), ("line 26", "3 cells")),

@@ -113,12 +113,6 @@ def read_recorded(
             mend = f"beside them, numbers stand only in {', '.join(map(layout.key, theirs[:3]))}; add columns"
         mend = mend if theirs else f"no other column has numbers, or times as {_MOMENT}; add it so"
         raise layout.refuse(f"column{'s' * several} {', '.join(missing)}: missing; {mend}")
-    place = {
-        layout.key(k): unit for k, unit in assigned.values() if name_and_unit(layout.names[k])[0] in ("x", "y", "z")
-    }
-    if len({*place.values()}) > 1:
-        names = ", ".join(f"{name} in {unit}" for name, unit in place.items())
-        raise layout.refuse(f"{names}: one place in several units; write its coordinates in one")
     return _table(layout, assigned, times)
 
 
