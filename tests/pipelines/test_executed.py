@@ -175,6 +175,18 @@ def test_each_place_between_two_steady_runs_has_its_own_stand(tmp_path, robot, w
     assert run.clock.took == pytest.approx(run.clock.expected, abs=0.4)
 
 
+def test_rows_of_a_stand_that_noise_parts_count_once(tmp_path, robot):
+    """Of rows that rest for 2.1 s 3.0 were said."""
+    places = [(1000, 0, 100), (1060, 0, 100), (1060, 60, 100)]
+    points = [ls_text.cartesian(n, (*place, 180.0, 0.0, 0.0)) for n, place in enumerate(places, 1)]
+    moves = ["L P[1] 20mm/sec FINE", "L P[2] 20mm/sec FINE", "WAIT   2.00(sec)", "L P[3] 20mm/sec FINE"]
+    content = ls_text.program(moves, points)
+    course = course_of_text(content, robot, default_frames())
+    log = by_steps(course, logs.Run(wait={1: 2.0}), logs.Logger(noise=1e-5))
+    (stand,) = judged(tmp_path, robot, content, log).clock.stands
+    assert stand.stood == pytest.approx(2.0, abs=0.15)  # 80 um beside the stop, at ramps of 0.3 s
+
+
 @pytest.mark.parametrize("override", [1.0, 0.5])
 def test_a_wait_behind_cnt_is_planned_once_and_no_hold(tmp_path, robot, override):
     """A second too much was planned of two, and *the robot stood where the program does not stop* was said."""

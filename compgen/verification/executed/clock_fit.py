@@ -20,8 +20,8 @@ from compgen.verification.executed.clock_rates import (
     Stand,
     Stretch,
     Windows,
-    all_at_rest,
     standing_rows,
+    whole_rests,
     window_rates,
 )
 from compgen.verification.executed.course import NODE, STRAIGHT, PlannedRuns, ProgramCourse, planned_runs
@@ -103,7 +103,7 @@ def fit_clock(course: ProgramCourse, time: Array, arc: Array, noise: float) -> C
     steady = _Steady(
         course=course, clock=clock, time=time, arc=arc, shown=course.at(clock, arc), run=run, inside=inside
     )
-    still = [all_at_rest(arc, first, last, 8 * noise + 1e-6) for first, last in stands]
+    still = whole_rests(arc, stands, 8 * noise + 1e-6)
     return _assessed(steady, _pooled(steady, stretches), held, still, rounded=rounded)
 
 

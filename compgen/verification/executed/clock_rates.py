@@ -178,7 +178,18 @@ def standing_rows(course: ProgramCourse, time: Array, arc: Array, noise: float) 
     return [(a, b) for a, b in rows.tolist() if time[b] - time[a] >= LEAST_STAND]
 
 
-def all_at_rest(arc: Array, first: int, last: int, reach: float) -> tuple[int, int]:
+def whole_rests(arc: Array, stands: list[tuple[int, int]], reach: float) -> list[tuple[int, int]]:
+    """First and last row of each rest, with all rows that lie there within a reach [m]: once, if noise parted them."""
+    rests: list[tuple[int, int]] = []
+    for first, last in stands:
+        begin, end = _all_at_rest(arc, first, last, reach)
+        if rests and begin <= rests[-1][1]:
+            begin, end = rests[-1][0], max(rests.pop()[1], end)
+        rests.append((begin, end))
+    return rests
+
+
+def _all_at_rest(arc: Array, first: int, last: int, reach: float) -> tuple[int, int]:
     """First and last row of a stand with the rows beside its bins that lie where it does, within a reach [m]."""
     begin, place = max(first - RESTING_ROWS, 0), float(np.median(arc[first : last + 1]))
     rows = begin + np.flatnonzero(np.abs(arc[begin : last + RESTING_ROWS + 1] - place) <= reach)
