@@ -366,11 +366,11 @@ def _joints_of_chords(twin: Twin, chords: Chords) -> Array:
             f"P[{number(int(row))}]: joint {robot.joint_names[int(i)]} is beyond its limit in the posture of its CONFIG"
         )
     refuse_interference(robot, theta, np.arange(len(theta)))
-    step = np.abs(np.diff(theta, axis=0))
+    step = max((np.abs(np.diff(joint)) for joint in theta.T), key=lambda each: each.max(initial=0.0))
     if step.max(initial=0.0) > np.pi / 2:
-        n = number(int(np.argmax(step.max(axis=1))))
+        n = number(int(np.argmax(step)))
         raise TwinError(f"P[{n}] to P[{n + 1}]: a joint turns by over 90 deg within one line")
-    return theta
+    return frozen(theta)
 
 
 def _in_order(count: int, work: Callable[[int, int], Execution]) -> Iterator[Execution]:
