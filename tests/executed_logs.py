@@ -66,7 +66,9 @@ def motion(course, run):
         t = np.concatenate([[0.0], np.cumsum(np.diff(t) / rate)])
         for where, seconds in run.hold:
             if clock[a] < where <= clock[b]:
-                t = t + np.where(clock[a] + u > where, seconds, 0.0)
+                row = np.searchsorted(clock[a] + u, where, side="right")
+                u, t = (np.insert(x, row, x[row - 1]) for x in (u, t))
+                t[row:] += seconds
         times.append(now + t)
         arcs.append(np.interp(clock[a] + u, clock, course.arc))
         now += t[-1]

@@ -144,35 +144,41 @@ def test_a_stand_is_as_long_as_rows_rest_whatever_ramps_were_assumed(tmp_path, r
         assert stand.stood == pytest.approx(np.ptp(rest), abs=0.06)
 
 
+@pytest.mark.parametrize("override", [1.0, 0.7])
 @pytest.mark.parametrize(
-    ("waits", "stood", "hold"),
+    ("planned", "stood", "held"),
     [
-        ({2: 2.0}, {1: 0.9, 2: 2.0}, ()),
-        ({1: 0.5, 2: 2.0}, {1: 0.5, 2: 2.0}, ()),
-        ({1: 0.5, 2: 2.0}, {1: 1.3, 2: 2.0}, ()),
-        ({1: 1.5}, {1: 1.5}, ((2.9, 1.1),)),
-        ({1: 1.5}, {1: 1.9}, ((3.3, 1.1),)),
+        ({2: 2.0}, {1: 0.9, 2: 2.0}, {}),
+        ({1: 0.5, 2: 2.0}, {1: 0.5, 2: 2.0}, {}),
+        ({1: 0.5, 2: 2.0}, {2: 2.0}, {}),
+        ({1: 2.0}, {1: 2.0}, {305: 0.9}),
+        ({1: 2.0}, {1: 2.0}, {280: 0.9}),
+        ({1: 0.5, 2: 2.0}, {1: 1.2, 2: 2.0}, {285: 0.9, 310: 0.6}),
     ],
+    ids=["unplanned", "waits", "wait left out", "hold behind", "hold before", "holds between"],
 )
-def test_each_place_between_two_steady_runs_has_its_own_stand(tmp_path, robot, waits, stood, hold):
-    """P[2] and P[3] are 12 mm apart: the longer of two stands had the waits of both, and the other none."""
-    places = [(1000, 0, 100), (1300, 0, 100), (1312, 0, 100), (1312, 300, 100)]
+def test_each_place_of_several_between_steady_rows_has_its_own_stand(tmp_path, robot, planned, stood, held, override):
+    """P[2] and P[3] are 20 mm apart; what is held, at [mm] of the way, settles for as long as the means last."""
+    places = [(1000, 0, 100), (1300, 0, 100), (1300, 20, 100), (1000, 20, 150), (1000, 300, 150)]
     points = [ls_text.cartesian(n, (*place, 180.0, 0.0, 0.0)) for n, place in enumerate(places, 1)]
-    moves = [f"L P[{n}] 100mm/sec FINE" for n in range(1, 5)]
-    for node in sorted(waits, reverse=True):
-        moves.insert(node + 1, f"WAIT   {waits[node]:.2f}(sec)")
-    content = ls_text.program(moves, points)
-    course = course_of_text(content, robot, default_frames())
-    log = by_steps(course, logs.Run(ramp=0.1, wait=stood, hold=hold), logs.Logger(noise=1e-6))
-    run = judged(tmp_path, robot, content, log)
-    stands = [*stood.items(), *((None, seconds) for _, seconds in hold)]
-    stands.sort(key=lambda stand: course.arc[stand[0]] if stand[0] else course.at(course.arc, hold[0][0] * 0.1))
-    assert [(s.planned, s.at_stop) for s in run.clock.stands] == [
-        (waits.get(node, 0.0), node is not None) for node, _ in stands
-    ]
-    for stand, (_, seconds) in zip(run.clock.stands, stands, strict=True):
-        assert stand.stood == pytest.approx(seconds, abs=0.15)
-    assert run.clock.took == pytest.approx(run.clock.expected, abs=0.4)
+    moves = [f"L P[{n}] 100mm/sec FINE" for n in range(1, 6)]
+    for n in sorted(planned, reverse=True):
+        moves.insert(n + 1, f"WAIT   {planned[n]:.2f}(sec)")
+    content, known = ls_text.program(moves, points), replace(robot, motion=MEANS)
+    course, settling = course_of_text(content, known, default_frames()), sum(MEANS.moving_averages)
+    hold = tuple((mm / 100, rest + settling) for mm, rest in held.items())
+    run = logs.Run(ramp=0.0, means=MEANS.moving_averages, override=override, wait=stood, hold=hold)
+    clock = judged(tmp_path, known, content, by_steps(course, run)).clock
+    stops = [(300 + 20 * (n - 1), stood.get(n, 0.0), planned.get(n, 0.0), True) for n in {**planned, **stood}]
+    made = sorted([*stops, *[(mm, rest, 0.0, False) for mm, rest in held.items()]])
+    assert [(s.planned, s.at_stop) for s in clock.stands] == [(wait, at_stop) for _, _, wait, at_stop in made]
+    for stand, (mm, rest, wait, at_stop) in zip(clock.stands, made, strict=True):
+        assert stand.arc == pytest.approx(mm * 1e-3, abs=3e-4)  # 0.2 mm a tick
+        assert stand.stood == pytest.approx(rest, abs=0.06)  # means end slowly
+        assert stand.beyond == pytest.approx(rest - wait + (0 if at_stop else settling), abs=0.06)
+    beyond = sum(stood.values()) - sum(planned.values()) + sum(seconds for _, seconds in hold)
+    assert sum(s.beyond for s in clock.stands) == pytest.approx(beyond, abs=logs.Logger.step)
+    assert clock.took == pytest.approx(clock.expected, abs=logs.Logger.step)
 
 
 def test_rows_of_a_stand_that_noise_parts_count_once(tmp_path, robot):

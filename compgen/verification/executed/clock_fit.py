@@ -33,7 +33,6 @@ FEW = 0.3  # of the rows
 RAMPS = 0.25  # of a run's time at its written speeds, that ramps may add where its rate is sure
 BEYOND = 0.25  # [s] that a stop costs more than planned, from where the robot is taken to have stood
 NEAR_STOP = 1e-3  # [m] from a stop, where the robot stands at it
-SHORTEST = 1e-6  # [s] of a stand
 AT_REST = 2e-5  # [m] from the first stop, while the robot still stands there
 CORNER = 0.35  # [s] on each side of a corner, in which it is cut and the way looks slow
 
@@ -302,18 +301,19 @@ class _Between:
         rests = [(begin, end) for begin, end in still if a < begin and end < b]
         of = np.abs(arc[[begin for begin, _ in rests], None] - places).argmin(axis=1)
         stood = np.bincount(of, [time[end] - time[begin] for begin, end in rests], len(places))
-        excess = np.maximum(stood - wait, 0.0)
-        named = (wait > 0) | (excess > BEYOND) | (np.arange(len(places)) >= len(nodes))
+        excess, is_held = stood - wait, np.arange(len(places)) >= len(nodes)
+        named = (wait > 0) | (excess > BEYOND) | is_held
         named[stood.argmax()] |= not named.any()
-        share = np.where(named, excess + SHORTEST, 0.0)  # of what is beyond, told once
+        ramped = is_held if is_held.any() else named  # no ramps of a hold are planned
+        excess[ramped] += (beyond - excess[named].sum()) / ramped.sum()
         for n in np.flatnonzero(named):
             yield Stand(
                 time=next((float(time[begin]) for (begin, _), m in zip(rests, of, strict=True) if m == n), time[a]),
                 arc=float(places[n]),
                 stood=float(stood[n]),
-                beyond=beyond * float(share[n] / share.sum()),
+                beyond=float(excess[n]),
                 planned=float(wait[n]),
-                at_stop=bool(n < len(nodes)),
+                at_stop=not bool(is_held[n]),
             )
 
 
