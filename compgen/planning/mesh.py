@@ -274,7 +274,8 @@ def _binary(name: str, content: bytes) -> Array:
     more = (len(content) - needed) // RECORD.itemsize
     if more:  # a count that is too small leaves a hole where the rest of the part is
         raise InputError(f"{name}: its count says {count} facets, and it has room for {more} more; export it again")
-    return np.frombuffer(content, RECORD, count, COUNT)["corner"].astype(float)
+    with np.errstate(invalid="ignore"):  # of a corner that is no number, which is refused by its facet
+        return np.frombuffer(content, RECORD, count, COUNT)["corner"].astype(float)
 
 
 def _ascii(name: str, content: bytes) -> Array:

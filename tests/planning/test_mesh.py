@@ -68,6 +68,7 @@ def test_a_binary_file_may_begin_with_solid(tmp_path):
         ),
         (text(np.full((1, 3, 3), np.nan)), "facet 1: a coordinate is not a number"),
         (binary(np.full((1, 3, 3), 1e3)), "facet 1: a coordinate is not a number, or beyond 100000 mm"),
+        (b"x".ljust(80) + struct.pack("<I12IH", 1, *[0x7FA00000] * 12, 0), "facet 1: a coordinate is not a number"),
         (b"solid part\nendsolid part\n", "no facets"),
         (
             b"x".ljust(80) + struct.pack("<I", 7) + binary(box((0, 0, 0), (1, 1, 1)))[84:],

@@ -9,6 +9,7 @@ from compgen.core.recorded.layout import DialectTable
 from compgen.planning.own_points.apt import read_apt
 from compgen.planning.own_points.csv_points import read_points
 from compgen.planning.own_points.gcode import read_gcode
+from compgen.planning.own_points.given_points import check_points
 from compgen.verification.own_file.second_reading import read_own_file
 
 HEAD = "x_mm,y_mm,z_mm"
@@ -31,6 +32,19 @@ def test_csv_with_everything(tmp_path):
     assert points.contact.tolist() == [True, False]
     assert points.stop.tolist() == [False, True]
     assert points.line.tolist() == [2, 4]
+
+
+def test_a_row_that_repeats_the_one_before_is_the_same_point(tmp_path):
+    """A file of two curves that meet was refused, and the mend was to take out hundreds of rows by hand."""
+    rows = ["1,2,3,0,0,1,1,0", "2,2,3,0,0,1,1,0", "2,2,3,0,0,1,0,1", "2,2,3,0,0,1,1,0", "3,2,3,0,0,1,0,0"]
+    points = read_points(written(tmp_path, "\n".join([f"{HEAD},i,j,k,contact,stop", *rows, ""])))
+    assert_allclose(points.position[:, 0], [0.001, 0.002, 0.003])
+    assert points.line.tolist() == [2, 3, 6]
+    assert points.contact.tolist() == [True, True, False]
+    assert points.stop.tolist() == [False, True, False]
+    turned = read_points(written(tmp_path, f"{HEAD},w_deg,p_deg,r_deg\n1,2,3,0,0,0\n1,2,3,0,1,0\n2,2,3,0,1,0\n"))
+    with pytest.raises(InputError, match="line 3: the same place as line 2"):
+        check_points(turned, 0.1)
 
 
 @pytest.mark.parametrize(

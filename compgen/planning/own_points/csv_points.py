@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.recorded.cells import name_and_unit
@@ -43,7 +43,7 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
     Args:
         source: CSV with ``x_mm, y_mm, z_mm``; either ``i, j, k`` (unit normal out of the surface), or ``w_deg, p_deg,
             r_deg`` of the tool, or neither; optional ``feed_mm_s`` on the way to a point (empty: the process's),
-            ``contact`` on that way and ``stop`` at the point, 0 or 1.
+            ``contact`` on that way and ``stop`` at the point, 0 or 1. A row that repeats the one before is that point.
 
         dialect: What the path file says of the file in [path].
 
@@ -62,17 +62,29 @@ def read_points(source: str | Path, dialect: DialectTable = PLAIN) -> GivenPoint
     _refuse_left_out(table, source, given)
     position = np.column_stack([table.numbers(c, largest=LARGEST) for c in PLACE]) * MM
     M = len(position)
+    normal = _normals(table) if given == [NORMAL] else None
+    rotation = from_wpr(*(table.numbers(c, largest=3600) * DEG for c in ANGLES)) if given == [ANGLES] else None
+    feed = _feeds(table) if table.has("feed_mm_s") else np.full(M, np.nan)
+    contact = _flags(table, "contact") if table.has("contact") else np.ones(M, dtype=bool)
+    stop = _flags(table, "stop") if table.has("stop") else np.zeros(M, dtype=bool)
+    rows = _moved(position, *(stands for stands in (normal, rotation) if stands is not None))
     return GivenPoints(
         source=str(source),
-        line=np.array(table.line),
-        position=position,
-        normal=_normals(table) if given == [NORMAL] else None,
-        rotation=from_wpr(*(table.numbers(c, largest=3600) * DEG for c in ANGLES)) if given == [ANGLES] else None,
-        feed=_feeds(table) if table.has("feed_mm_s") else np.full(M, np.nan),
-        contact=_flags(table, "contact") if table.has("contact") else np.ones(M, dtype=bool),
-        stop=_flags(table, "stop") if table.has("stop") else np.zeros(M, dtype=bool),
+        line=np.array(table.line)[rows],
+        position=position[rows],
+        normal=None if normal is None else normal[rows],
+        rotation=None if rotation is None else rotation[rows],
+        feed=feed[rows],
+        contact=contact[rows],
+        stop=np.logical_or.reduceat(stop, rows),
         read_as=table.notes,
     )
+
+
+def _moved(*columns: Array) -> IntArray:
+    """Rows of which anything is not as in the row before: exports end a curve, and begin the next, at one point."""
+    changes = [np.any(np.diff(values.reshape(len(values), -1), axis=0), axis=1) for values in columns]
+    return np.flatnonzero(np.append(True, np.any(changes, axis=0)))
 
 
 def _refuse_left_out(table: CsvTable, source: str | Path, given: Sequence[Sequence[str]]) -> None:
